@@ -15,11 +15,11 @@ from shared.system.terminal import outlive_terminal, print_all_letters
 DESCRIPTION = """\
 The camera's side of a rig: finds the block's marker in every frame and sends its corners over the bus.
 
-  pi-agent run --rig rig.toml              run the rig's camera (with options also without `run`)
-  pi-agent run --camera synthetic          draw what the camera would see of `station twin`
-  pi-agent track PICTURE.png --json        see what the tracker makes of pictures or a video
-  pi-agent calibrate --help                measure the camera: lens, plate, tone curve, noise
-  pi-agent serve --rig rig.toml            a page in the browser for focus, exposure and calibration
+  pi-agent run --rig rig.toml        run the rig's camera
+  pi-agent run --camera synthetic    draw what a camera sees of `station twin`
+  pi-agent track PICTURE.png --json  what the tracker makes of a picture, video
+  pi-agent calibrate --help          measure lens, plate, tone curve and noise
+  pi-agent serve --rig rig.toml      a page for focus, exposure, calibration
 """
 COMMANDS = {
     "run": ("pi_agent.run_command", "run the camera agent (the default, if there are options)"),
@@ -43,7 +43,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(words: list[str]) -> int:
     """Reads the words and does what they ask; only that command is imported, as tracking must start fast on a Pi."""
-    parser = Parser(prog="pi-agent", description=DESCRIPTION)
+    told = ending(one="done, with findings or a fault that is said", example="pi-agent run --rig rig.toml")
+    parser = Parser(prog="pi-agent", description=DESCRIPTION, epilog=told)
     parser.add_argument("--version", action="version", version=f"pi-agent {version()}")
     choices = parser.add_subparsers(dest="command", metavar=f"{{{','.join(COMMANDS)}}}")
     asked = parser

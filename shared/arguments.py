@@ -4,19 +4,34 @@ from __future__ import annotations
 
 import argparse
 import difflib
+import shutil
 import textwrap
 from collections.abc import Iterable
+from itertools import groupby
 from typing import Any, NoReturn
 
 WIDTH = 120
-"""Letters in a line of a help's text."""
+"""The most letters in a line of a help's text, as in the sources: longer lines are hard to follow."""
 
 
 class WithDefaults(argparse.RawDescriptionHelpFormatter):
     """Help that states an option's default, unless its words do, or there is none (no value, a switch, an empty text).
 
-    Descriptions and epilogs keep their lines: examples stand in them.
+    Descriptions and epilogs are as wide as the terminal; what is indented in them, as examples are, keeps its lines.
     """
+
+    def __init__(self, prog: str, **options: Any) -> None:
+        """Takes what `argparse.HelpFormatter` takes; without a width, that of the terminal up to WIDTH counts."""
+        # Like argparse, two letters less: some terminals break a line that fills them.
+        super().__init__(prog, **({"width": min(shutil.get_terminal_size().columns, WIDTH) - 2} | options))
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        parts = groupby(text.splitlines(), key=lambda line: line.strip() != "" and not line.startswith(" "))
+        filled = (
+            textwrap.wrap(" ".join(lines), width, break_on_hyphens=False) if in_words else lines
+            for in_words, lines in parts
+        )
+        return "\n".join(f"{indent}{line}" for part in filled for line in part)
 
     def _get_help_string(self, action: argparse.Action) -> str | None:
         told = action.help or ""
@@ -59,7 +74,7 @@ def ending(*, one: str, example: str) -> str:
     told = (
         f"Exit status: 0: done;{f' 1: {one};' if one else ''} 2: a mistake in what was asked; 130: stopped by Ctrl-C."
     )
-    return "\n".join([*textwrap.wrap(told, WIDTH), "", "Example:", f"  {example}"])
+    return f"{told}\n\nExample:\n  {example}"
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

@@ -40,7 +40,8 @@ def has_findings(results: Sequence[PairResult]) -> bool:
 
 
 def in_words(results: Sequence[PairResult], sessions: Sequence[Session]) -> Iterator[RenderableType]:
-    """Tables and conclusions, as the terminal shows them; sessions without samples are named first."""
+    """Tables and conclusions, as the terminal shows them; notes and sessions without samples come first."""
+    yield from (Text(f"Note: {note}") for note in notes_of(sessions))
     for session in sessions:
         if not session.samples:
             yield Text(f"{session.source} holds no samples: no run of that session came to its end.")
@@ -50,6 +51,11 @@ def in_words(results: Sequence[PairResult], sessions: Sequence[Session]) -> Iter
         yield Text(f"\n{result.pair.name}", style="bold")
         for note in conclusions(result):
             yield Text(f"{'!' if note.finding else '-'} {note.text}")
+
+
+def notes_of(sessions: Sequence[Session]) -> tuple[str, ...]:
+    """What the reader has to know of the sessions' rigs, each note once."""
+    return tuple(dict.fromkeys(note for session in sessions for note in session.notes))
 
 
 def printed(table: ReportTable) -> Table:

@@ -25,9 +25,14 @@ FIGURES_RRD = "figures.rrd"
 
 
 def write_results(
-    results: Sequence[PairResult], folder: Path, *, sources: Sequence[str], first: Sequence[ReportTable] = ()
+    results: Sequence[PairResult],
+    folder: Path,
+    *,
+    sources: Sequence[str],
+    first: Sequence[ReportTable] = (),
+    notes: Sequence[str] = (),
 ) -> list[str]:
-    """Writes them into the folder; the tables `first` stand before the analysis's own.
+    """Writes them into the folder; the `notes` and the tables `first` stand before the analysis's own tables.
 
     Report and figures name the command of `made_by`.
 
@@ -46,7 +51,7 @@ def write_results(
     samples = flagged(results)
     write_samples(samples, folder / "samples.csv")
     no_parquet = _unless_installed(lambda: write_samples(samples, folder / "samples.parquet"))
-    page = html_report(results, sources=sources, pictures=pictures, first=first)
+    page = html_report(results, sources=sources, pictures=pictures, first=first, notes=notes)
     write_text(folder / "report.html", page, what="report")
     curves = json.dumps(limit_curve_table(results), indent=1, allow_nan=False)
     write_text(folder / "limit_curves.json", curves, what="limit curves")

@@ -6,12 +6,14 @@ simulators of one's own are loaded from folders that one's own rig file or the c
 
 from __future__ import annotations
 
+import contextlib
 import tomllib
 from dataclasses import replace
 
 from shared.config import Table
 from shared.errors import UserError
 from shared.rig import RigConfig, rig_of_table
+from shared.visible import visible
 from station.recording.reader import RecordingReader
 
 SIMULATED_FROM = "simulated_from"
@@ -47,6 +49,18 @@ def attached_rig(reader: RecordingReader) -> RigConfig | None:
         return None
     rig = replace(rig_of_table(table), physics=Table({}), plugins=Table({}))
     return replace(rig, planted="") if SIMULATED_FROM in reader.metadata.get("session", {}) else rig
+
+
+def planted_in(rig: RigConfig | None) -> tuple[str, ...]:
+    """A note on what a simulated rig conceals on purpose, if its file says so."""
+    return (f"the rig is a simulation: {visible(rig.planted)}",) if rig and rig.planted else ()
+
+
+def planted_in_recording(reader: RecordingReader) -> tuple[str, ...]:
+    """The same note about the rig inside a recording; none if that cannot be read."""
+    with contextlib.suppress(UserError):
+        return planted_in(attached_rig(reader))
+    return ()
 
 
 def effects_left_out(reader: RecordingReader) -> tuple[str, ...]:

@@ -47,7 +47,7 @@ class ClockKeeper:
         self._bus, self._clock = bus, clock
         self._trips = {agent: deque[RoundTrip](maxlen=WINDOW) for agent in agents}
         self._ping_ns = 0
-        self._asked_ns = dict[str, int]()
+        self._again_ns = dict[str, int]()
         self._report_ns: dict[str, int] = {}
 
     def tick(self, now_ns: int) -> None:
@@ -55,7 +55,7 @@ class ClockKeeper:
         if now_ns >= self._ping_ns:
             self._ping_ns = now_ns + PING_NS
             for agent in self._trips:
-                if now_ns >= self._asked_ns.get(agent, 0):
+                if now_ns >= self._again_ns.get(agent, 0):
                     self._ping(agent)
         for agent, trips in self._trips.items():
             if len(trips) >= LEAST_TRIPS and now_ns >= self._report_ns.get(agent, 0):
@@ -65,11 +65,11 @@ class ClockKeeper:
     def _ping(self, agent: str) -> None:
         sent_ns = self._clock.now_ns()
         # The bus itself says when nobody has answered in time; should that get lost, the agent is asked again.
-        self._asked_ns[agent] = sent_ns + 2 * round(ANSWER_S * 1e9)
+        self._again_ns[agent] = sent_ns + 2 * round(ANSWER_S * 1e9)
 
         def on_reply(reply: Message | None) -> None:
             back_ns = self._clock.now_ns()
-            self._asked_ns[agent] = 0
+            self._again_ns[agent] = 0
             if isinstance(reply, ClockPong):
                 middle = (sent_ns + back_ns) // 2
                 self._take(agent, RoundTrip(middle - reply.agent_ns, back_ns - sent_ns))

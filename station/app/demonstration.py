@@ -2,7 +2,7 @@
 
 The session is one of the simulated rig, whose camera is mounted firmly here. The planar simulator, which has the laws
 of the catalogue, repeats its commands with one effect that is drawn at random or given. What was drawn goes into a key
-file with a random word, and the file's hash is told before the diagnosis begins.
+file with a random word, and the file's hash is told before the session is simulated.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import tomllib
 from collections.abc import Callable, Mapping
+from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +23,8 @@ from shared.rig import RigConfig, rig_of_table
 from station.app import assembly, recordings
 from station.app.lockstep import Lockstep
 from station.app.retold_recording import write_retold
+from station.app.same_session import same
+from station.diagnosis.report.sentences import untestable_because
 from station.diagnosis.result import Diagnosis, EffectFound, Value, read_name
 from station.physics.catalogue import Catalogue, confused
 from station.physics.model import Model, Term, table_of_model
@@ -43,13 +46,19 @@ OUTSIDE = "something outside the catalogue"
 
 
 @dataclass(frozen=True, kw_only=True)
+class Sealed:
+    """The key file, which says what will be concealed, and its hash."""
+
+    key: Path
+    sha256: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class Concealed:
-    """The recording, the model that is in it, and the hash of the key file that says so."""
+    """The recording, and whether anything in it is other than it would be without the concealed effect."""
 
     recording: Path
-    key: Path
-    model: Model
-    sha256: str
+    shows: bool
 
 
 def drawn(known: Catalogue, rng: np.random.Generator) -> Model:
@@ -64,24 +73,33 @@ def drawn(known: Catalogue, rng: np.random.Generator) -> Model:
     return PLAIN.with_term(Term(effect, values))
 
 
-def conceal(
-    model: Model, folder: Path, *, samples: int, seed: int, on_sample: Callable[[int], None] = lambda _: None
-) -> Concealed:
-    """Makes the session in `folder`, seals the key, and writes the session again with the model in it.
-
-    Raises:
-        UserError: if the folder holds a demonstration already, or cannot be written.
-    """
-    rig, rng = firm_rig(), np.random.default_rng(seed)
+def seal(model: Model, folder: Path, rng: np.random.Generator) -> Sealed:
+    """Writes the model, with a random word that keeps the hash from being guessed, into the key file in `folder`."""
     key = folder / "key.toml"
-    word = rng.bytes(16).hex()
+    text = tomli_w.dumps({"about": {"word": rng.bytes(16).hex()}} | table_of_model(model))
+    key.write_text(text, encoding="utf-8")
+    return Sealed(key=key, sha256=hashlib.sha256(key.read_bytes()).hexdigest())
+
+
+def conceal(
+    model: Model,
+    folder: Path,
+    rng: np.random.Generator,
+    *,
+    samples: int,
+    seed: int,
+    on_sample: Callable[[int], None] = lambda _: None,
+) -> Concealed:
+    """Makes the session in `folder`, and repeats it there with the model, and unwritten without its effect."""
+    rig = firm_rig()
     plain = _session(rig, folder / "plain.mcap", samples=samples, seed=seed, on_sample=on_sample)
-    key.write_text(tomli_w.dumps({"about": {"word": word}} | table_of_model(model)), encoding="utf-8")
     reader, out = open_recording(plain), folder / "session.mcap"
-    simulated = simulator("planar").repeat(load_signals(reader), model, rig=rig, rng=rng)
+    signals, planar = load_signals(reader), simulator("planar")
+    without = planar.repeat(signals, PLAIN, rig=rig, rng=deepcopy(rng))
+    simulated = planar.repeat(signals, model, rig=rig, rng=rng)
     write_retold(reader, simulated, out, rig=rig, said={}, model_toml="")
     plain.unlink()
-    return Concealed(recording=out, key=key, model=model, sha256=hashlib.sha256(key.read_bytes()).hexdigest())
+    return Concealed(recording=out, shows=not same(simulated, without))
 
 
 def firm_rig() -> RigConfig:
@@ -108,9 +126,12 @@ class Revealed:
     lines: tuple[str, ...]
 
 
-def reveal(concealed: Concealed, found: Diagnosis, known: Catalogue) -> Revealed:
-    """Tells what was concealed, what was found, and how much better unseen runs are predicted."""
-    (term,) = concealed.model.terms
+def reveal(concealed: Model, found: Diagnosis, known: Catalogue, *, shows: bool = True) -> Revealed:
+    """Tells what was concealed, what was found, and how much better unseen runs are predicted.
+
+    `shows` is False if the session is the same without the concealed effect.
+    """
+    (term,) = concealed.terms
     said = [one for one in found.effects if one.id in found.names]
     places = [place for place, one in enumerate(said) if term.effect.id in one.class_ids]
     near = bool(said) and said[0].id in confused(known, term.effect.id)
@@ -118,7 +139,9 @@ def reveal(concealed: Concealed, found: Diagnosis, known: Catalogue) -> Revealed
         f"Concealed: {term.effect.title}: {_planted(term)}",
         f"Found:     {'; '.join(_found(one, known) for one in said) or 'nothing that is sure enough to be named'}",
         *_improvement(found),
-        _right(further=len(said) > 1, first=places[0] == 0) if places else _wrong(said, near),
+        _right(further=len(said) > 1, first=places[0] == 0)
+        if places
+        else _wrong(said, near, _unseen(found, term.effect.id, shows)),
     ]
     return Revealed(right=places[:1] == [0], lines=tuple(lines))
 
@@ -129,10 +152,18 @@ def _right(*, further: bool, first: bool) -> str:
     return "Right, with a further name." if further else "Right."
 
 
-def _wrong(said: list[EffectFound], near: bool) -> str:
+def _wrong(said: list[EffectFound], near: bool, unseen: str) -> str:
+    could_not = f"this recording could not show the effect: {unseen}"
     if not said:
-        return "Missed: the effect was not named."
-    return f"Wrong{', by a name that is easily confused with it' if near else ''}."
+        return f"Not named, because {could_not}." if unseen else "Missed: the effect was not named."
+    return f"Wrong{', by a name that is easily confused with it' if near else ''}{f'; {could_not}' if unseen else ''}."
+
+
+def _unseen(found: Diagnosis, concealed: str, shows: bool) -> str:
+    """The reason why the recording could not show the concealed effect; empty if it could."""
+    if not shows:
+        return "the session is the same without it"
+    return untestable_because(found) if found.verdict == "untestable" else found.untestable.get(concealed, "")
 
 
 def _planted(term: Term) -> str:

@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_limits
 from shared.config import Table
 from shared.errors import UserError
 from shared.rig import RigConfig, load_rig
+from station.app.attached import planted_in
 from station.app.planned import recorded_plan, upon
 from station.app.setting import setting_of
 from station.app.simulated_again import simulated_again
@@ -150,8 +151,3 @@ def _diagnosed(
             found, signals, rig=rig, setting=setting, simulation=simulation, seed=seed, progress=status
         )
     return replace(found, diagnosis=answer)
-
-
-def planted_in(rig: RigConfig | None) -> tuple[str, ...]:
-    """A note on what a simulated rig conceals on purpose, if its file says so."""
-    return (f"the rig is a simulation: {rig.planted}",) if rig and rig.planted else ()

@@ -63,16 +63,15 @@ def _pictures(path: Path, moments_s: list[float]) -> Iterator[bytes]:
         for moment_s in moments_s:
             viewer.move_to(client, moment_s)
             time.sleep(_DRAWN_S)
-            yield viewer.picture_of(client)
+            yield viewer.without_bar(viewer.picture_of(client))
 
 
 def _write(pictures: list[bytes], out: Path) -> int:
     from PIL import Image  # noqa: PLC0415  # only who wants a moving picture waits for it
 
-    width, height = (round(SHOWN * side) for side in SIZE_PX)
-    shown = [
-        Image.open(io.BytesIO(one)).convert("RGB").resize((width, height), Image.Resampling.LANCZOS) for one in pictures
-    ]
+    whole = [Image.open(io.BytesIO(one)).convert("RGB") for one in pictures]
+    width, height = (round(SHOWN * side) for side in whole[0].size)
+    shown = [one.resize((width, height), Image.Resampling.LANCZOS) for one in whole]
     lasting = [round(1e3 * _STEP_S)] * (len(shown) - 1) + [_LAST_MS]
     try:
         shown[0].save(out, save_all=True, append_images=shown[1:], duration=lasting, loop=0, quality=_QUALITY, method=6)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 
 from rich.console import Console
 
@@ -42,20 +42,23 @@ class Told:
 
 @contextmanager
 def stages(
-    console: Console, first: str, *, seconds: Callable[[], float] = time.monotonic
+    console: Console, first: str, *, seconds: Callable[[], float] = time.monotonic, every_s: float = EVERY_S
 ) -> Generator[Callable[[str], None]]:
-    """Gives a function that shows the stage of long work: in place on a terminal, elsewhere as a line now and then."""
-    began = last = seconds()
-    with console.status(first) as status:
+    """Gives a function that shows the stage of long work: in place on a terminal, elsewhere as a line every so often.
 
-        def show(stage: str) -> None:
-            nonlocal last
-            status.update(stage)
-            now = seconds()
-            if not console.is_terminal and now - last >= EVERY_S:
-                last = now
-                console.print(f"{stage}, {told_time(now - began)} so far", markup=False, soft_wrap=True)
+    The lines come from a thread, as one stage may take longer than one waits without wondering.
+    """
+    began, stage = seconds(), first
 
+    def tell() -> None:
+        console.print(f"{stage}, {told_time(seconds() - began)} so far", markup=False, soft_wrap=True)
+
+    def show(name: str) -> None:
+        nonlocal stage
+        stage = name
+        status.update(name)
+
+    with console.status(first) as status, nullcontext() if console.is_terminal else _repeating(tell, every_s=every_s):
         yield show
 
 
@@ -67,17 +70,24 @@ def told_time(seconds: float) -> str:
 @contextmanager
 def looked_at(look: Callable[[], None], *, every_s: float) -> Generator[None]:
     """Calls `look` every so often while the block waits for other processes, and once more at its end."""
-    over = threading.Event()
-
-    def keep_looking() -> None:
-        while not over.wait(every_s):
-            look()
-
-    looking = threading.Thread(target=keep_looking, name="progress", daemon=True)
-    looking.start()
-    try:
+    with _repeating(look, every_s=every_s):
         yield
         look()
+
+
+@contextmanager
+def _repeating(do: Callable[[], None], *, every_s: float) -> Generator[None]:
+    """Calls `do` every so often, in a thread of its own, which ends with the block."""
+    over = threading.Event()
+
+    def keep_doing() -> None:
+        while not over.wait(every_s):
+            do()
+
+    doing = threading.Thread(target=keep_doing, name="progress", daemon=True)
+    doing.start()
+    try:
+        yield
     finally:
         over.set()
-        looking.join()
+        doing.join()

@@ -11,6 +11,7 @@ from pathlib import Path
 from shared.errors import UserError
 from shared.messages import CameraGeometry, Sample
 from shared.system.processes import usable_processors
+from station.app.attached import planted_in_recording
 from station.friction.pairs import Session
 from station.pool import spread
 from station.recording.arrays import first_geometry
@@ -30,11 +31,15 @@ def read_session(path: Path, *, spare: CameraGeometry | None = None) -> Session:
     if path.suffixes[-2:] == [".mcap", ".partial"]:
         raise UserError(f"Expected a finished recording, but {path} was broken off; run: station repair {path}")
     samples = read_samples(path)
-    own = geometry_of(path) if path.suffix == ".mcap" else None
-    return session_of(samples, geometry=own or spare, source=str(path))
+    if path.suffix != ".mcap":
+        return session_of(samples, geometry=spare, source=str(path))
+    notes = planted_in_recording(open_recording(path))
+    return session_of(samples, geometry=geometry_of(path) or spare, source=str(path), notes=notes)
 
 
-def session_of(samples: Sequence[Sample], *, geometry: CameraGeometry | None, source: str) -> Session:
+def session_of(
+    samples: Sequence[Sample], *, geometry: CameraGeometry | None, source: str, notes: tuple[str, ...] = ()
+) -> Session:
     """The samples as a session of that name.
 
     Raises:
@@ -42,7 +47,7 @@ def session_of(samples: Sequence[Sample], *, geometry: CameraGeometry | None, so
     """
     for sample in samples:
         _check(sample, source)
-    return Session(samples, geometry, source)
+    return Session(samples, geometry, source, notes)
 
 
 def read_sessions(

@@ -30,7 +30,8 @@ def why_not(evidence: Evidence) -> str | None:
     """The reason, in one sentence, why nothing can be tested; None if something can."""
     used = evidence.used()
     if not evidence.channels or used == 0:
-        reasons = "; ".join(evidence.notes) or "there is no run with a slide"
+        left_out = (f"{count} {why}" for why, count in evidence.left_out.items())
+        reasons = "; ".join(evidence.notes) or ", ".join(left_out) or "there is no run with a slide"
         return f"expected runs with an onset or a slide, found none: {reasons}"
     if used < thresholds.LEAST_RUNS:
         return (
@@ -83,6 +84,7 @@ def answered(
         recording=name,
         total_runs=evidence.total_runs,
         used_runs=evidence.used(),
+        left_out=evidence.left_out,
         held_out_runs=evidence.used(),
         simulator="planar",
         mu_s=level_of(evidence, found.null),
@@ -184,6 +186,7 @@ def refusal(evidence: Evidence, catalogue: Catalogue, why: str, *, name: str) ->
         recording=name,
         total_runs=evidence.total_runs,
         used_runs=evidence.used(),
+        left_out=evidence.left_out,
         untestable=dict.fromkeys(catalogue, why),
         notes=(why, *evidence.notes),
     )

@@ -278,12 +278,14 @@ class Diagnosis:
     `given` is True if the baseline is a simulation that the user gave, and `differs` are the numbers that both set
     differently. Otherwise the baseline is one constant friction. `counted` is what was counted: a session's runs,
     the rows of a table, or the windows in which rows were averaged. `level` names the level of friction: mu_k where
-    nothing but sliding was seen.
+    nothing but sliding was seen. `left_out` has the number of runs that could not be used by the reason, a verb whose
+    subject they are.
     """
 
     recording: str
     total_runs: int
     used_runs: int
+    left_out: Mapping[str, int] = field(default_factory=dict[str, int])
     held_out_runs: int = 0
     simulator: str = "planar"
     mu_s: Value = field(default_factory=lambda: Value(value=math.nan, sd=math.nan, unit="1"))
@@ -327,6 +329,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
                 "used": diagnosis.used_runs,
                 "held_out": diagnosis.held_out_runs,
                 "counted": diagnosis.counted,
+                "left_out": [{"reason": why, "count": count} for why, count in diagnosis.left_out.items()],
             },
             "baseline": {
                 "simulator": diagnosis.simulator,

@@ -16,11 +16,12 @@ UNNAMED = "unnamed"
 
 @dataclass(frozen=True, eq=False)
 class Session:
-    """One file's samples and calibration (None: it has none)."""
+    """One file's samples and calibration (None: it has none); `notes` are what its reader has to know of its rig."""
 
     samples: Sequence[Sample]
     geometry: CameraGeometry | None = None
     source: str = ""
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -42,12 +42,14 @@ def html_report(
     sources: Sequence[str],
     pictures: Mapping[str, Sequence[Picture]],
     first: Sequence[ReportTable] = (),
+    notes: Sequence[str] = (),
 ) -> str:
-    """The page; `pictures` are by the pair's name. The tables `first` stand before everything else."""
+    """The page; `pictures` are by the pair's name. The `notes` and the tables `first` stand before everything else."""
     samples = sum(len(result.pair.samples) for result in results)
     files = f"{len(sources)} files" if len(sources) > 1 else "1 file"
     lead = f"{samples} samples of {len(results)} surface pair{'s' * (len(results) > 1)} from {files}: "
-    parts = [html_table(table) for table in first]
+    parts = [pieces.paragraph(f"Note: {note}.") for note in notes]
+    parts += [html_table(table) for table in first]
     parts += [html_conclusions(result.pair.name, conclusions(result)) for result in results]
     parts += [html_table(table) for table in tables(results)]
     parts += [_figures(result.pair, pictures.get(result.pair.name, ())) for result in results]

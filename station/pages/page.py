@@ -33,6 +33,10 @@ th { border-bottom: 1px solid var(--rule); white-space: nowrap; } td { border-bo
 li.finding { color: var(--bad); }
 figure { margin: 1.5rem 0; overflow-x: auto; }
 figure img, figure svg { max-width: 100%; height: auto; background: #fff; color: #000; border-radius: 4px; }
+@media screen and (prefers-color-scheme: dark) {
+/* White becomes the paper (1 - .91) and black the ink, while colours keep their hues. */
+figure img, figure svg { filter: invert(.91) hue-rotate(180deg); }
+}
 pre, code { background: var(--card); } code { overflow-wrap: anywhere; } pre { padding: .8rem; overflow-x: auto; }
 $style
 @media print {

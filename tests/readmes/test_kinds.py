@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from station.app.demonstration import PLAIN, Concealed, reveal
+from station.app.demonstration import PLAIN, reveal
 from station.app.deploy.verify import Arrival
 from station.app.planting import plant
 from station.diagnosis.result import FitQuality, Quality, Value
@@ -36,11 +36,10 @@ def revealed() -> str:
     """The reveal of `station demo`."""
     known = catalogue()
     model = plant(["uneven_contact=0.0018"], PLAIN, known)
-    concealed = Concealed(recording=Path("s.mcap"), key=Path("key.toml"), model=model, sha256="")
     sole = replace(effect("uneven_contact"), parameters={"x_m": Value(value=0.0018, sd=0.0001, unit="m")})
     quality = Quality(log_score=1.0, onset_rmse_deg=1.0, path_rmse_mm=1.0, coverage90=0.9, path_median_mm=3.91)
     fit = replace(FitQuality.unknown(), before=quality, after=replace(quality, path_median_mm=0.08))
-    return "\n".join(reveal(concealed, replace(found(sole), fit=fit), known).lines)
+    return "\n".join(reveal(model, replace(found(sole), fit=fit), known).lines)
 
 
 def test_the_first_page_is_read_in_ten_minutes() -> None:

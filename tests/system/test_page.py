@@ -71,6 +71,7 @@ def test_a_session_on_the_page(rig: Rig, tmp_path: Path) -> None:
             page.open(link)
             assert page.of("location.search") == "", "the key stays in the address"
             page.wait("document.getElementById('link').innerText === 'connected'")
+            page.wait("document.getElementById('notes').innerText.includes('camera sags')")
             page.of("document.getElementById('samples').value = 50")
             page.click("#start")
             page.wait("document.querySelector('#runs tbody tr')")

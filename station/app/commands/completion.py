@@ -1,4 +1,4 @@
-"""Prints what lets a shell complete the commands of `station` and their options with the Tab key.
+"""Prints what lets a shell complete the commands of `station` and `pi-agent` and their options with the Tab key.
 
 bash: eval "$(station completion bash)" in ~/.bashrc. zsh: the same with zsh in ~/.zshrc, after compinit. fish: station
 completion fish > ~/.config/fish/completions/station.fish. Printing takes some seconds, as it asks every command: for a
@@ -10,7 +10,10 @@ from __future__ import annotations
 import argparse
 import contextlib
 import importlib
+import re
 import shlex
+import subprocess
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -38,7 +41,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Prints it; 0."""
-    print(_SHELLS[options.shell](list(_commands())))
+    shell = _SHELLS[options.shell]
+    print("\n".join([shell("station", list(_commands())), shell("pi-agent", list(_agent_commands()))]))
     return 0
 
 
@@ -56,16 +60,32 @@ def _commands() -> Iterator[Command]:
         yield Command(name=name, help=help_of(path), options=tuple(long), words=tuple(words))
 
 
-def _bash(commands: list[Command]) -> str:
+def _agent_commands() -> Iterator[Command]:
+    """The commands of the camera agent, which is another program: its help tells them."""
+    for name, told in re.findall(r"^    (\w+) +(\S.*)$", _agent_help(), re.MULTILINE):
+        found = re.findall(r"^  (?:-\w, )?(--[\w-]+)(?: .*?(?:  +(\S.*))?)?$", _agent_help(name), re.MULTILINE)
+        long = tuple((each, " ".join(said.split())) for each, said in found)
+        yield Command(name=name, help=" ".join(told.split()), options=long, words=())
+
+
+def _agent_help(*words: str) -> str:
+    """The help of `pi-agent`, or of a command of it, with each explanation in the line of what it explains."""
+    asked = [sys.executable, "-m", "pi_agent", *words, "--help"]
+    told = subprocess.run(asked, capture_output=True, text=True, check=False).stdout
+    return re.sub(r"(?<=\S)\n {8,}", "  ", told)
+
+
+def _bash(program: str, commands: list[Command]) -> str:
     """A function that knows the words of each command; where it has none to offer, bash completes file names."""
+    function = f"_{program.replace('-', '_')}"
     first = sorted({one.name.split()[0] for one in commands})
     second = {name: [one.name.split()[1] for one in commands if one.name.startswith(f"{name} ")] for name in first}
     cases = [f"    {shlex.quote(one.name)}) words={shlex.quote(' '.join(_offered(one)))} ;;" for one in commands]
     follow = [f"    {name}) words+={shlex.quote(' ' + ' '.join(rest))} ;;" for name, rest in second.items() if rest]
-    pairs = "|".join(shlex.quote(one.name) for one in commands if " " in one.name)
+    pairs = "|".join(shlex.quote(one.name) for one in commands if " " in one.name) or "''"
     return "\n".join(
         [
-            "_station() {",
+            f"{function}() {{",
             '  local word="${COMP_WORDS[COMP_CWORD]}" name="${COMP_WORDS[1]}" words=""',
             f'  if [ "$COMP_CWORD" -eq 1 ]; then COMPREPLY=($(compgen -W {shlex.quote(" ".join(first))} -- "$word")); '
             "return; fi",
@@ -79,7 +99,7 @@ def _bash(commands: list[Command]) -> str:
             "  esac; fi",
             '  COMPREPLY=($(compgen -W "$words" -- "$word"))',
             "}",
-            "complete -o default -F _station station",
+            f"complete -o default -F {function} {program}",
         ]
     )
 
@@ -88,12 +108,12 @@ def _offered(command: Command) -> list[str]:
     return [*command.words, *(name for name, _ in command.options)]
 
 
-def _zsh(commands: list[Command]) -> str:
+def _zsh(program: str, commands: list[Command]) -> str:
     """Zsh reads the completion of bash."""
-    return f"autoload -U +X bashcompinit && bashcompinit\n{_bash(commands)}"
+    return f"autoload -U +X bashcompinit && bashcompinit\n{_bash(program, commands)}"
 
 
-def _fish(commands: list[Command]) -> str:
+def _fish(program: str, commands: list[Command]) -> str:
     """A line for each command and each option, with their help."""
     lines = list[str]()
     for one in commands:
@@ -101,14 +121,14 @@ def _fish(commands: list[Command]) -> str:
         told = shlex.quote(one.help)
         here = f"__fish_seen_subcommand_from {first}"
         if second:
-            lines.append(f"complete -c station -n {shlex.quote(here)} -a {second} -d {told}")
+            lines.append(f"complete -c {program} -n {shlex.quote(here)} -a {second} -d {told}")
             here += f"; and __fish_seen_subcommand_from {second}"
         else:
-            lines.append(f"complete -c station -n __fish_use_subcommand -a {first} -d {told}")
+            lines.append(f"complete -c {program} -n __fish_use_subcommand -a {first} -d {told}")
         if one.words:
-            lines.append(f"complete -c station -n {shlex.quote(here)} -a {shlex.quote(' '.join(one.words))}")
+            lines.append(f"complete -c {program} -n {shlex.quote(here)} -a {shlex.quote(' '.join(one.words))}")
         for name, said in one.options:
-            lines.append(f"complete -c station -n {shlex.quote(here)} -l {name[2:]} -d {shlex.quote(said)}")
+            lines.append(f"complete -c {program} -n {shlex.quote(here)} -l {name[2:]} -d {shlex.quote(said)}")
     return "\n".join(lines)
 
 

@@ -1,7 +1,7 @@
 """Shows the diagnosis at work: a session with a concealed effect, its diagnosis, the reveal, and the report.
 
 The effect is drawn at random, or planted with --effect. What was drawn is sealed: the hash of the key file is printed
-before the diagnosis begins, and the diagnosis gets the recording alone. Right or wrong, it is said.
+before the session is simulated, and the diagnosis gets the recording alone. Right or wrong, it is said.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from rich.console import Console
 from shared.config import Table
 from shared.errors import UserError
 from shared.programs import how_to_call
-from station.app.demonstration import PLAIN, conceal, drawn, reveal
+from station.app.demonstration import PLAIN, conceal, drawn, reveal, seal
 from station.app.diagnosing import diagnose_file
 from station.app.one_run import run_in_motion
 from station.app.planting import plant
@@ -59,27 +59,31 @@ def run(options: argparse.Namespace) -> int:
     folder = _new_folder(options.out, seed)
     console = Console(highlight=False, soft_wrap=True)
     console.print(f"A session of {options.samples} runs with a concealed effect (seed {seed})")
+    rng = np.random.default_rng(seed)
+    sealed = seal(model, folder, rng)
+    console.print(f"Sealed: {sealed.key}, sha256 {sealed.sha256}")
     with stages(console, "simulating the session") as show:
         concealed = conceal(
             model,
             folder,
+            rng,
             samples=options.samples,
             seed=seed,
             on_sample=lambda count: show(f"simulating the session: {count} of {options.samples} runs"),
         )
-        console.print(f"Sealed: {concealed.key}, sha256 {concealed.sha256}")
-        examined = diagnose_file(concealed.recording, status=show)
+        session = concealed.recording
+        examined = diagnose_file(session, status=show)
     report = folder / "report.html"
-    with made_by(command_line("station", "diagnose", concealed.recording, report=report)):
-        motion = run_in_motion(concealed.recording, examined.diagnosis)
+    with made_by(command_line("station", "diagnose", session, report=report)):
+        motion = run_in_motion(session, examined.diagnosis)
         page = html_page(examined.diagnosis, examined.pictures, motion=motion)
     report.write_text(page, encoding="utf-8")
     console.print(summary(examined.diagnosis))
     console.print()
-    revealed = reveal(concealed, examined.diagnosis, known)
+    revealed = reveal(model, examined.diagnosis, known, shows=concealed.shows)
     for line in revealed.lines:
         console.print(line, markup=False)
-    _next_steps(console, model, report, concealed.recording)
+    _next_steps(console, model, report, session)
     return 0 if revealed.right else 1
 
 

@@ -16,6 +16,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from shared.visible import visible
+from station.app.attached import planted_in_recording
 from station.app.many.checkups import checking, report_json
 from station.app.many.options import add_files, add_out, add_spreading, chosen_by, work_through
 from station.app.many.remote import local
@@ -53,17 +54,19 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         print(json.dumps(report_json(report, broken, sha), indent=2, allow_nan=False))
     else:
-        _print(report, broken, sha)
+        _print(report, broken, sha, notes=planted_in_recording(reader))
     return 1 if broken else 0
 
 
-def _print(report: Report, broken: tuple[Finding, ...], sha: str) -> None:
+def _print(report: Report, broken: tuple[Finding, ...], sha: str, *, notes: tuple[str, ...]) -> None:
     console = Console(width=None if sys.stdout.isatty() else 140, highlight=False)
     mode = visible(report.mode) or "of unknown origin"
     console.print(f"{report.path}: {report.duration_s:.1f} s, {mode}", markup=False)
     console.print(_streams_table(report.streams))
     for line in _lines(report):
         console.print(visible(line), markup=False)
+    for note in notes:
+        console.print(f"note    {note}", markup=False)
     if sha:
         console.print(f"digest  {sha}")
     for finding in broken:

@@ -21,7 +21,7 @@ from rich.console import Console
 
 from shared.errors import UserError
 from shared.system.processes import usable_processors
-from station.app.analysing import in_words, printed
+from station.app.analysing import in_words, notes_of, printed
 from station.app.analysis_files import write_results
 from station.app.sessions import read_sessions
 from station.app.study import paper
@@ -79,7 +79,13 @@ def run(options: argparse.Namespace) -> int:
     rows, verdicts = (pace_row(sessions), *rows_of(results)), verdicts_of(results)
     beside = tables_of(rows, verdicts, results)
     with made_by(command_line("station", "study", samples=options.samples, seed=options.seed, out=options.out)):
-        written = write_results(results, options.out, sources=[session.source for session in sessions], first=beside)
+        written = write_results(
+            results,
+            options.out,
+            sources=[session.source for session in sessions],
+            first=beside,
+            notes=notes_of(sessions),
+        )
     print("\n".join(written))
     about = {
         "date": f"{datetime.now().astimezone():%Y-%m-%d}",

@@ -13,7 +13,9 @@ from shared.errors import UserError
 from shared.installed import missing_said
 from shared.messages import CameraGeometry
 from station.app import analysing
+from station.app.analysing import notes_of
 from station.app.analysis_files import flagged, write_results
+from station.app.attached import planted_in_recording
 from station.app.front import columns
 from station.app.front.page import fragment
 from station.app.front.recording import FilePath, Recording, path_of
@@ -92,7 +94,8 @@ def _given_session(one: Recording | Session, spare: CameraGeometry | None) -> Se
 
 def _open_session(recording: Recording, spare: CameraGeometry | None) -> Session:
     geometry = geometry_of(recording.reader.path) or spare
-    return session_of(recording.every_sample, geometry=geometry, source=recording.name)
+    notes = planted_in_recording(recording.reader)
+    return session_of(recording.every_sample, geometry=geometry, source=recording.name, notes=notes)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -130,7 +133,7 @@ class Analysed:
         """The whole report as one page that fetches nothing; its figures take seconds to draw."""
         with made_by(self.command):
             pictures = {result.pair.name: _pictures(result) for result in self.results}
-            return html_report(self.results, sources=self._sources, pictures=pictures)
+            return html_report(self.results, sources=self._sources, pictures=pictures, notes=notes_of(self.sessions))
 
     def write(self, folder: FilePath) -> list[str]:
         """Writes report, figures, samples and limit curves into a folder; gives lines that say where they are.
@@ -139,7 +142,7 @@ class Analysed:
             UserError: if the folder cannot be written to.
         """
         with made_by(self.command):
-            return write_results(self.results, Path(folder), sources=self._sources)
+            return write_results(self.results, Path(folder), sources=self._sources, notes=notes_of(self.sessions))
 
     @property
     def _sources(self) -> list[str]:

@@ -37,7 +37,9 @@ def sessions_of(rows: Iterable[Row]) -> list[Session]:
 def _session(row: Row) -> Session:
     own = row.result["geometry"]
     samples = tuple(_message(Sample, one) for one in row.result["samples"])
-    return Session(samples, None if own is None else _message(CameraGeometry, own), row.recording)
+    return Session(
+        samples, None if own is None else _message(CameraGeometry, own), row.recording, tuple(row.result["notes"])
+    )
 
 
 def read(path: Path, name: str) -> Result:
@@ -48,6 +50,7 @@ def read(path: Path, name: str) -> Result:
         "recording": name,
         "samples": [without_nan(asdict(one)) for one in session.samples],
         "geometry": geometry,
+        "notes": list(session.notes),
     }
 
 

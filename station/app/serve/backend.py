@@ -9,6 +9,7 @@ from shared.bus import Bus
 from shared.clock import Clock
 from shared.page.asked import text, unknown, whole_number
 from shared.rig import RigConfig
+from station.app.attached import planted_in
 from station.app.serve.curve import LiveCurve
 from station.app.serve.follower import Follower
 from station.app.serve.jobs import Jobs
@@ -41,7 +42,7 @@ class Backend:
     def state(self) -> dict[str, Any]:
         """Everything that changes all the time."""
         own = {"job": self.jobs.told(), "own": self.sessions.told(), "view": self.viewers.told}
-        return {"rig": self._rig.id, **self.follower.state(), **own}
+        return {"rig": self._rig.id, "notes": planted_in(self._rig), **self.follower.state(), **own}
 
     def act(self, name: str, asked: Mapping[str, Any]) -> None:
         """Does what a page asks for.

@@ -12,6 +12,7 @@ from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import Channel
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.image_rows import plate_channels, rest_channel, shape_channel
+from station.diagnosis.observations.left_out import left_out
 from station.diagnosis.observations.moments import RunFacts
 from station.diagnosis.observations.onset_rows import onset_channel
 from station.diagnosis.observations.onsets import Onsets
@@ -74,6 +75,7 @@ def evidence_of(signals: Signals, setting: Setting, told: Told = UNTOLD) -> Evid
         total_runs=len(signals.samples),
         notes=tuple(_notes(recorded)),
         tips=tips_of(recorded),
+        left_out=left_out(recorded, channels),
         paths=_paths(recorded.reread, onsets),
         told=recorded.told,
         rides=rides(recorded) if len(recorded.free_windows) else None,
@@ -98,9 +100,6 @@ def _notes(recorded: Recorded) -> list[str]:
         notes.append("no attitude of the plate was recorded (arm/platform), so no onset and no slide can be judged")
     if signals.geometry is None and not len(signals.block):
         notes.append("no calibration was recorded (camera/geometry), so the block's path is unknown")
-    lost = len(signals.samples) - len(recorded.tracks)
-    if lost and len(signals.attitude):
-        notes.append(f"{lost} runs have no events or no attitude around their onset and were left out")
     return notes
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -32,7 +33,7 @@ class Evidence:
     are `held_out` (r,) are predicted and not fitted; None: there are none. `floor` is the least noise of rows and runs.
     `group` (r,) numbers the groups of runs that share a draw of friction, as those of one specimen; None: each run is
     on its own. `stretch` (r,) numbers the stretches of one speed in continuous records; None: there are too few to know
-    how they scatter.
+    how they scatter. `left_out` counts the runs without a row of friction by the reason, a verb whose subject they are.
     """
 
     channels: tuple[Channel, ...]
@@ -48,6 +49,7 @@ class Evidence:
     floor: Noise | None = None
     group: Index | None = None
     stretch: Index | None = None
+    left_out: Mapping[str, int] = field(default_factory=dict[str, int])
 
     def channel(self, name: str) -> Channel | None:
         """The channel of that name, or None."""

@@ -6,7 +6,15 @@ import math
 from html import escape
 
 from station.diagnosis.report.html import number, p_equals
-from station.diagnosis.report.sentences import claimed_effects, next_lines, sentence, set_differently, singular, used
+from station.diagnosis.report.sentences import (
+    claimed_effects,
+    left_out,
+    next_lines,
+    sentence,
+    set_differently,
+    singular,
+    used,
+)
 from station.diagnosis.result import Diagnosis
 from station.pages.pieces import paragraph
 
@@ -15,7 +23,8 @@ _CLASS = {"supported": "yes", "indistinguishable": "maybe", "not supported": "no
 
 def headline(diagnosis: Diagnosis) -> str:
     """The verdict as a sentence, then its probability, place, improvement and next step."""
-    lines = [*set_differently(diagnosis), _sure(diagnosis), _where(diagnosis), _better(diagnosis), _next(diagnosis)]
+    told = (_sure(diagnosis), _left_out(diagnosis), _where(diagnosis), _better(diagnosis), _next(diagnosis))
+    lines = [*set_differently(diagnosis), *told]
     items = "".join(f"<li>{escape(line)}</li>" for line in lines if line)
     kind, said = _CLASS[diagnosis.verdict], escape(sentence(diagnosis))
     return f'<p class="verdict {kind}">{said}</p><ul class="short">{items}</ul>'
@@ -31,6 +40,10 @@ def _sure(diagnosis: Diagnosis) -> str:
         f"{used(diagnosis)} could be used. If the {baseline} were right, chance alone would differ as much with "
         f"{p_equals(diagnosis.global_p)}{told}."
     )
+
+
+def _left_out(diagnosis: Diagnosis) -> str:
+    return f"{told}." if (told := left_out(diagnosis)) else ""
 
 
 def _where(diagnosis: Diagnosis) -> str:

@@ -16,8 +16,7 @@ def sentence(diagnosis: Diagnosis) -> str:
 
 def _said(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "untestable":
-        reason = diagnosis.notes[0] if diagnosis.notes else "the recording shows neither onset nor slide"
-        return f"Nothing can be tested with this recording: {reason}"
+        return f"Nothing can be tested with this recording: {untestable_because(diagnosis)}"
     claimed = {side: claimed_effects(diagnosis, side) for side in ("recording", "both", "simulation")}
     baseline = "the simulation" if diagnosis.given else "one constant friction"
     parts = [words.format(_names(claimed[side]), baseline=baseline) for side, words in _CLAIMS.items() if claimed[side]]
@@ -33,6 +32,11 @@ def _said(diagnosis: Diagnosis) -> str:
     if diagnosis.located or diagnosis.global_p < thresholds.ALARM:
         return "No missing effect is supported, although something depends on what one friction coefficient does not"
     return "No missing effect is supported: the plain model, one friction coefficient, explains this recording"
+
+
+def untestable_because(diagnosis: Diagnosis) -> str:
+    """The reason why nothing could be tested."""
+    return diagnosis.notes[0] if diagnosis.notes else "the recording shows neither onset nor slide"
 
 
 def _but(diagnosis: Diagnosis) -> str:
@@ -51,6 +55,12 @@ def used(diagnosis: Diagnosis) -> str:
     """Tells how many runs, rows or windows could be used."""
     of = "windows of {} rows" if diagnosis.counted == "windows" else f"of {{}} {diagnosis.counted}"
     return f"{diagnosis.used_runs} {of.format(diagnosis.total_runs)}"
+
+
+def left_out(diagnosis: Diagnosis) -> str:
+    """Tells how many runs were left out, and why; empty if none was."""
+    told = ", ".join(f"{count} {why}" for why, count in diagnosis.left_out.items())
+    return f"{sum(diagnosis.left_out.values())} of {diagnosis.total_runs} runs left out: {told}" if told else ""
 
 
 def singular(diagnosis: Diagnosis) -> str:

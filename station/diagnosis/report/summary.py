@@ -14,6 +14,7 @@ from rich.text import Text
 from station.diagnosis.report.sentences import (
     as_expected,
     in_order,
+    left_out,
     next_lines,
     own_level,
     sentence,
@@ -33,6 +34,7 @@ def summary(diagnosis: Diagnosis) -> RenderableType:
     Against a given simulation: what both set differently, what it lacks, what it has alone, and its numerics.
     """
     parts: list[RenderableType] = [_headline(diagnosis)]
+    parts += [Text(why) for why in (left_out(diagnosis),) if why]
     parts += [Text(f"Set differently: {said}") for said in set_differently(diagnosis)]
     if diagnosis.verdict == "untestable":
         return Group(*parts, *(Text(f"  {note}") for note in diagnosis.notes))

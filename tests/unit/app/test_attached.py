@@ -13,7 +13,8 @@ from shared.errors import UserError
 from shared.rig import load_rig
 from station.__main__ import main
 from station.app import assembly
-from station.app.attached import attached_rig, attached_table, effects_left_out
+from station.app.attached import attached_rig, attached_table, effects_left_out, planted_in_recording
+from station.app.summary import print_summary
 from station.recording.reader import open_recording
 from station.rig.arm_model import MODELS
 from station.rig.placed_arm import placed_arm
@@ -200,3 +201,27 @@ def test_what_a_rig_conceals_is_not_in_a_simulation_of_its_session(tmp_path: Pat
     assert "sags" in recorded.planted
     assert again is not None
     assert not again.planted
+
+
+def test_what_a_simulated_rig_conceals_is_announced_wherever_its_session_is_shown(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    rig = b'planted = "its floor is warm"\n' + _without_planted(open_recording(GOLDEN).attachments["rig.toml"])
+    path = forged(tmp_path / "planted.mcap", rig=rig)
+    print_summary(path)
+    shown = [capsys.readouterr().out]
+    for words in (["doctor", str(path)], ["analyze", str(path)], ["analyze", "*.mcap"]):
+        main(words)
+        shown.append(capsys.readouterr().out)
+    assert [one.count("its floor is warm") for one in shown] == [1, 1, 1, 1]
+    assert (tmp_path / "analysis" / "report.html").read_text("utf-8").count("its floor is warm") == 1
+
+
+def test_a_rig_that_cannot_be_read_announces_nothing(tmp_path: Path) -> None:
+    path = forged(tmp_path / "broken.mcap", rig=b"planted = [")
+    assert planted_in_recording(open_recording(path)) == ()
+
+
+def _without_planted(rig: bytes) -> bytes:
+    return b"\n".join(line for line in rig.splitlines() if not line.startswith(b"planted"))

@@ -27,12 +27,13 @@ def scripts(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     return made
 
 
-def offered(script: Path, *words: str) -> list[str]:
+def offered(script: Path, *words: str, program: str = "station") -> list[str]:
     """What bash offers after these words; the last one is begun."""
     if shutil.which("bash") is None:
         pytest.skip("no bash here")
-    typed = " ".join(f"'{word}'" for word in ("station", *words))
-    ask = f"COMP_WORDS=({typed}); COMP_CWORD={len(words)}; _station; printf '%s\\n' \"${{COMPREPLY[@]}}\""
+    typed = " ".join(f"'{word}'" for word in (program, *words))
+    function = f"_{program.replace('-', '_')}"
+    ask = f"COMP_WORDS=({typed}); COMP_CWORD={len(words)}; {function}; printf '%s\\n' \"${{COMPREPLY[@]}}\""
     done = subprocess.run(
         ["bash", "-c", f". '{script}'; {ask}"], capture_output=True, text=True, check=True, timeout=PATIENCE_S
     )
@@ -63,6 +64,17 @@ def test_bash_leaves_file_names_to_itself(scripts: dict[str, Path]) -> None:
 
 def test_bash_offers_the_words_that_may_stand_there(scripts: dict[str, Path]) -> None:
     assert offered(scripts["bash"], "completion", "z") == ["zsh"]
+
+
+def test_the_camera_agent_is_completed_as_well(scripts: dict[str, Path]) -> None:
+    assert set(offered(scripts["bash"], "", program="pi-agent")) == {"run", "track", "calibrate", "serve"}
+    assert offered(scripts["bash"], "track", "a.png", "--js", program="pi-agent") == ["--json"]
+    fish = scripts["fish"].read_text("utf-8")
+    assert (
+        "-c pi-agent -n __fish_use_subcommand -a run -d 'run the camera agent (the default, if there are options)'"
+        in fish
+    )
+    assert "-c pi-agent -n '__fish_seen_subcommand_from run' -l camera -d ''" not in fish, "each has its explanation"
 
 
 def test_zsh_and_fish_are_told_of_every_command(scripts: dict[str, Path]) -> None:

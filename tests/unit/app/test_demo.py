@@ -11,34 +11,59 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from shared.errors import UserError
 from station.__main__ import main
-from station.app.demonstration import PLAIN, Concealed, drawn, firm_rig, reveal
+from station.app import demonstration
+from station.app.demonstration import PLAIN, conceal, drawn, firm_rig, reveal
 from station.app.planting import plant
 from station.diagnosis.result import Diagnosis, EffectFound, FitQuality, Value
 from station.physics.catalogue import catalogue
 from station.recording.reader import open_recording
+from tests.readmes.blocks import blocks
+from tests.readmes.numbers import numbers_of, without_numbers
 
 KNOWN = catalogue()
 
 
 def test_the_whole_story(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["demo", "--effect", "kinetic_drop=0.3", "--samples", "32", "--seed", "5", "--out", str(tmp_path)]
+    words = ["demo", "--seed", "104", "--out", str(tmp_path)]
     assert main(words) == 0
-    said, folder = capsys.readouterr().out, tmp_path / "5"
+    said, folder = capsys.readouterr().out, tmp_path / "104"
     sealed = re.search("sha256 ([0-9a-f]{64})", said)
     assert sealed
     assert sealed[1] == hashlib.sha256((folder / "key.toml").read_bytes()).hexdigest()
     assert said.index(sealed[1]) < said.index("Prediction of unseen runs") < said.index("Concealed:")
-    assert tomllib.loads((folder / "key.toml").read_text("utf-8"))["effects"] == {"kinetic_drop": {"drop": 0.3}}
-    assert "Right." in said
+    assert list(tomllib.loads((folder / "key.toml").read_text("utf-8"))["effects"]) == ["uneven_contact"]
+    assert_as_on_the_first_page(said)
     assert (folder / "report.html").stat().st_size > 10_000
     # Nothing in the recording says what is concealed.
     session = open_recording(folder / "session.mcap")
     assert "model.toml" not in session.attachments
-    assert b"kinetic_drop" not in b"".join(session.attachments.values())
-    assert "kinetic_drop" not in str(session.metadata)
+    assert b"uneven_contact" not in b"".join(session.attachments.values())
+    assert "uneven_contact" not in str(session.metadata)
     # What has been sealed is not sealed again.
     assert main(words) == 2
+
+
+def assert_as_on_the_first_page(said: str) -> None:
+    """The first page shows this demonstration: the words are the same, and the numbers but for their last digits."""
+    (shown,) = (one.text for one in blocks("text") if one.readme == "README.md" and "Concealed:" in one.text)
+    revealed = said[said.index("Concealed:") : said.index("Open the report:")]
+    assert without_numbers(revealed) == without_numbers(shown), revealed
+    # A twentieth, or two of the last digits of a hundredth of a millimetre: half as much again is another result.
+    assert numbers_of(revealed) == pytest.approx(numbers_of(shown), rel=0.05, abs=0.02), revealed
+
+
+def test_the_key_is_sealed_before_there_is_a_session(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuses(*_: object, **__: object) -> None:
+        raise UserError("Expected no session yet")
+
+    monkeypatch.setattr(demonstration, "Recording", refuses)
+    assert main(["demo", "--seed", "3", "--out", str(tmp_path)]) == 2
+    sealed = hashlib.sha256((tmp_path / "3" / "key.toml").read_bytes()).hexdigest()
+    assert f"sha256 {sealed}" in " ".join(capsys.readouterr().out.split())
 
 
 def test_draws_differ_and_are_as_large_as_is_shown() -> None:
@@ -92,11 +117,45 @@ def effect(name: str, *others: str) -> EffectFound:
     ],
 )
 def test_right_or_wrong_it_is_said(effects: tuple[EffectFound, ...], last: str, right: bool) -> None:
-    concealed = Concealed(
-        recording=Path("s.mcap"), key=Path("key.toml"), model=plant(["stribeck=0.3"], PLAIN, KNOWN), sha256=""
-    )
-    revealed = reveal(concealed, found(*effects), KNOWN)
+    revealed = reveal(plant(["stribeck=0.3"], PLAIN, KNOWN), found(*effects), KNOWN)
     assert (revealed.lines[-1], revealed.right) == (last, right)
+
+
+@pytest.mark.parametrize(
+    ("answer", "last"),
+    [
+        (
+            replace(found(), verdict="untestable", notes=("the block never slid",)),
+            "Not named, because this recording could not show the effect: the block never slid.",
+        ),
+        (
+            replace(found(), untestable={"stribeck": "no slide was fast"}),
+            "Not named, because this recording could not show the effect: no slide was fast.",
+        ),
+        (
+            replace(found(effect("wear")), untestable={"stribeck": "no slide was fast"}),
+            "Wrong; this recording could not show the effect: no slide was fast.",
+        ),
+        (replace(found(), untestable={"wear": "too few runs"}), "Missed: the effect was not named."),
+    ],
+)
+def test_an_effect_that_could_not_show_was_not_missed(answer: Diagnosis, last: str) -> None:
+    revealed = reveal(plant(["stribeck=0.3"], PLAIN, KNOWN), answer, KNOWN)
+    assert (revealed.lines[-1], revealed.right) == (last, False)
+
+
+def test_an_effect_that_changes_nothing_was_not_missed() -> None:
+    """A cube topples at 45°, and slides long before."""
+    revealed = reveal(plant(["tipping=1"], PLAIN, KNOWN), found(), KNOWN, shows=False)
+    assert revealed.lines[-1].endswith("this recording could not show the effect: the session is the same without it.")
+
+
+@pytest.mark.parametrize(("effect_id", "shows"), [("tipping=1", False), ("wear=0.3", True)])
+def test_it_is_known_whether_the_effect_changes_the_session(effect_id: str, shows: bool, tmp_path: Path) -> None:
+    model = plant([effect_id], PLAIN, KNOWN)
+    concealed = conceal(model, tmp_path, np.random.default_rng(1), samples=2, seed=1)
+    assert concealed.shows == shows
+    assert concealed.recording.exists()
 
 
 def test_what_is_found_is_told_in_words_and_in_millimetres() -> None:
@@ -115,10 +174,7 @@ def test_what_is_found_is_told_in_words_and_in_millimetres() -> None:
         class_ids=("other", "kinetic_drop"),
         parameters={"a0": Value(value=0.2, sd=0.01, unit="1")},
     )
-    concealed = Concealed(
-        recording=Path("s.mcap"), key=Path("key.toml"), model=plant(["uneven_contact=-0.0018"], PLAIN, KNOWN), sha256=""
-    )
-    lines = reveal(concealed, found(sole, curve), KNOWN).lines
+    lines = reveal(plant(["uneven_contact=-0.0018"], PLAIN, KNOWN), found(sole, curve), KNOWN).lines
     assert lines[0] == "Concealed: friction that differs over the sole: x = -1.8 mm"
     assert lines[1] == (
         "Found:     friction that differs over the sole, probability 0.99: x = -1.800 ± 0.050 mm; "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import threading
+import time
 
 from rich.console import Console
 
@@ -31,19 +32,31 @@ def test_without_a_terminal_a_line_now_and_then_says_how_long_it_takes() -> None
 
 
 def test_without_a_terminal_the_stage_of_long_work_is_told_now_and_then() -> None:
-    now = [0.0]
-    out = io.StringIO()
-    with stages(Console(file=out, width=60), "reading", seconds=lambda: now[0]) as show:
-        show("run 1 of 60")
+    now, out = [0.0], io.StringIO()
+    with stages(Console(file=out, width=60), "reading", seconds=lambda: now[0], every_s=0.001) as show:
         now[0] = EVERY_S
-        show("run 2 of 60")
-        show("run 3 of 60")
-    assert out.getvalue() == "run 2 of 60, 10 s so far\n"
+        await_line(out, "reading, 10 s so far\n")
+        show("a long stage that says nothing itself")
+        await_line(out, "a long stage that says nothing itself, 10 s so far\n")
+    assert no_thread_is_left()
+    with stages(Console(file=out, width=60), "in time"):
+        pass
+    assert "in time" not in out.getvalue()
     drawn = io.StringIO()
-    with stages(Console(file=drawn, force_terminal=True), "reading", seconds=lambda: now[0]) as show:
-        now[0] = 3 * EVERY_S
-        show("run 4 of 60")
+    with stages(Console(file=drawn, force_terminal=True), "reading", every_s=0.001):
+        assert no_thread_is_left()
     assert "so far" not in drawn.getvalue()
+
+
+def await_line(out: io.StringIO, line: str) -> None:
+    end = time.monotonic() + 30.0
+    while line not in out.getvalue():
+        assert time.monotonic() < end, out.getvalue()
+        time.sleep(0.001)
+
+
+def no_thread_is_left() -> bool:
+    return not any(thread.name == "progress" for thread in threading.enumerate())
 
 
 def test_one_looks_on_while_others_work_and_at_the_end() -> None:
@@ -58,4 +71,4 @@ def test_one_looks_on_while_others_work_and_at_the_end() -> None:
         assert thrice.wait(30)
         before = len(looks)
     assert len(looks) > before
-    assert not any(thread.name == "progress" for thread in threading.enumerate())
+    assert no_thread_is_left()

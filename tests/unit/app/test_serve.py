@@ -237,6 +237,7 @@ def test_the_stream_tells_samples_and_state(server: PageServer, bus: MemoryBus) 
     assert told["samples"]["samples"][1]["onset_deg"] is None
     assert told["state"]["done"] == 2
     assert told["state"]["rig"] == "simulated"
+    assert "camera sags" in " ".join(told["state"]["notes"]), "what the rig conceals stands under its name"
     connection.close()
 
 

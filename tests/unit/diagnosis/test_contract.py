@@ -18,7 +18,7 @@ NUMBER = (int, float, type(None))
 QUALITY = {"log_score": NUMBER, "onset_rmse_deg": NUMBER, "path_rmse_mm": NUMBER, "coverage90": NUMBER}
 CONTRACT: dict[str, Any] = {
     "recording": str,
-    "runs": {"total": int, "used": int, "held_out": int},
+    "runs": {"total": int, "used": int, "held_out": int, "left_out": [{"reason": str, "count": int}]},
     "baseline": {"simulator": str, "parameters": {"mu_s": {"value": NUMBER, "sd": NUMBER}}},
     "global_p": NUMBER,
     "located": [

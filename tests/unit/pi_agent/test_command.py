@@ -64,10 +64,14 @@ def test_help_names_the_commands_and_the_drivers(capsys: pytest.CaptureFixture[s
 
 def test_alone_it_shows_help(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "80")
     assert main([]) == 0
     said = capsys.readouterr().out
     assert said.startswith("usage: pi-agent ")
     assert all(f"    {name} " in said for name in COMMANDS)
+    assert "Exit status: 0: done;" in said
+    assert said.rstrip().splitlines()[-1] == "  pi-agent run --rig rig.toml"
+    assert max(map(len, said.splitlines())) <= 80, "what is not broken anew fits a terminal of 80 letters"
 
 
 @pytest.mark.parametrize("name", COMMANDS)

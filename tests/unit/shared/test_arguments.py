@@ -28,6 +28,22 @@ def test_help_states_the_defaults_that_there_are(parser: Parser) -> None:
     assert told.endswith("Example:\n  program go 3\n")
 
 
+@pytest.mark.parametrize(("columns", "widest"), [(40, 38), (80, 78), (300, 118)])
+def test_help_is_as_wide_as_the_terminal(columns: int, widest: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is told in words is broken anew: lines of the source's own length would break once more, raggedly."""
+    monkeypatch.setenv("COLUMNS", str(columns))
+    line = (
+        "every one of these lines is as long as a line of the source, and is broken where the terminal ends, not before"
+    )
+    example = f"  program go {'far ' * 30}there"
+    told = Parser(prog="program", description=f"{line}\n{line}\n\n{example}", epilog=f"{line}\n{line}").format_help()
+    assert example in told.splitlines()
+    lines = [line for line in told.splitlines() if line != example]
+    assert max(map(len, lines)) <= widest
+    # Four sources' lines in two paragraphs: full lines, each with room for no further word of ten letters.
+    assert sum(len(line) > widest - 10 for line in lines) >= 2 * (2 * len(line) // widest - 1)
+
+
 def test_an_abbreviation_is_no_option(parser: Parser) -> None:
     assert parser.parse_known_args(["here", "--samp", "3"])[1] == ["--samp", "3"]
 

@@ -41,6 +41,8 @@ function distanceOf(now) {
 
 function showSession(now) {
   byId("rig").textContent = `rig “${now.rig}”`;
+  byId("notes").textContent = now.notes.map((note) => `Note: ${note}.`).join(" ");
+  byId("notes").hidden = now.notes.length === 0;
   byId("state").textContent = phaseOf(now);
   byId("direction").textContent = directionOf(now.direction);
   byId("tilt").textContent = now.tilt_deg === null ? "–" : `${now.tilt_deg.toFixed(2)}°`;

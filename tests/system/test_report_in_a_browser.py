@@ -1,0 +1,57 @@
+"""A report in a real browser: as wide as a phone, and in the dark."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from station.angles.compare import compare
+from station.angles.page import comparison_page
+from station.pages.caption import Caption, made_by
+from station.pages.figure import figure
+from station.pages.page import whole_page
+from tests.system import chromium
+from tests.unit.angles.test_compare import stop
+
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.skipif(not chromium.binary(), reason=chromium.WHY_NOT),
+]
+LONG = f"recordings/{'a_name_without_a_break_' * 5}.mcap"
+
+
+DRAWING = (
+    '<svg width="400" height="300"><text x="40" y="40">a</text><circle cx="200" cy="150" r="50" fill="#0072b2"/></svg>'
+)
+
+
+def test_a_long_command_does_not_make_the_page_wider(tmp_path: Path) -> None:
+    stops = [stop(angle, {"imu": [angle + 0.1, angle + 0.3]}, index=angle) for angle in range(4)]
+    report = tmp_path / "report.html"
+    report.write_text(comparison_page(compare(stops, readings=2), source=LONG), encoding="utf-8")
+    with chromium.browser(tmp_path / "profile") as page:
+        page.size(390, 844, phone=True)
+        page.open(report.as_uri())
+        assert LONG in page.text("figcaption code")
+        assert page.of("document.documentElement.scrollWidth") <= 390
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_a_figure_is_drawn_on_the_pages_own_paper(dark: bool, tmp_path: Path) -> None:
+    """A white box would blind who reads in the dark; colours keep their hues there."""
+    report, shot = tmp_path / "report.html", tmp_path / "shot.png"
+    with made_by("station"):
+        drawn = figure(DRAWING, Caption(shows="b", count="1"))
+    report.write_text(whole_page(title="a", body=drawn), encoding="utf-8")
+    with chromium.browser(tmp_path / "profile") as page:
+        page.size(800, 600, dark=dark)
+        page.open(report.as_uri())
+        left, top = (round(page.of(f"document.querySelector('svg').getBoundingClientRect().{side}")) for side in "xy")
+        page.picture(shot)
+    seen = np.asarray(cv2.imread(str(shot))).astype(int)
+    beside, figures_paper, circle = seen[top, left - 8], seen[top + 100, left + 100], seen[top + 150, left + 200]
+    assert np.abs(figures_paper - beside).max() <= 4
+    assert circle.argmax() == 0, "the circle is blue"

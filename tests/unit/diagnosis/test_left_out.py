@@ -1,0 +1,68 @@
+"""Each run that cannot be used has its reason, which the answer tells."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import replace
+
+import numpy as np
+from rich.console import Console
+
+from station.diagnosis.observations import left_out
+from station.diagnosis.observations.build import Recorded, evidence_of
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.setting import Setting
+from station.diagnosis.report.headline import headline
+from station.diagnosis.report.summary import summary
+from station.diagnosis.result import Diagnosis, as_json
+from station.signals.flags import NO_TILT
+from station.signals.session import Signals
+from tests.unit.diagnosis.recorded import OPENING_RADIUS_M, session
+
+WIDE = Setting(opening_radius_m=OPENING_RADIUS_M)
+
+
+def reasons(signals: Signals, setting: Setting = WIDE) -> dict[str, int]:
+    evidence: Evidence = evidence_of(signals, setting)
+    assert evidence.used() + sum(evidence.left_out.values()) == evidence.total_runs
+    return dict(evidence.left_out)
+
+
+def test_of_a_whole_session_nothing_is_left_out() -> None:
+    assert reasons(session()) == {}
+
+
+def test_blocks_that_lean_on_the_foam_are_counted() -> None:
+    starts = np.array([np.hypot(*track.pose[0, :2]) for track in Recorded(session(), WIDE).tracks])
+    narrow = Setting(opening_radius_m=float(starts.min()))
+    assert reasons(session(), narrow) == {left_out.LEANED: 24}
+
+
+def test_runs_of_which_nothing_was_recorded_are_counted() -> None:
+    whole = session()
+    last_ns = int(whole.attitude.time_ns[-1])
+    first_ns = int(whole.attitude.time_ns[0])
+    half = replace(whole, attitude=whole.attitude.between(first_ns, (first_ns + last_ns) // 2))
+    assert reasons(half) == {left_out.NO_EVENTS: 12}
+
+
+def test_runs_that_tell_nothing_are_counted() -> None:
+    whole = session()
+    level, *rest = whole.samples
+    level = replace(level, censored=True, flags=(NO_TILT,))
+    unseen = whole.corners.between(0, 1)
+    assert reasons(replace(whole, corners=unseen, samples=(level, *rest))) == {left_out.HELD: 1}
+
+
+def test_the_reasons_are_told() -> None:
+    found = Diagnosis(
+        recording="a.mcap", total_runs=120, used_runs=75, verdict="not supported",
+        left_out={left_out.HELD: 7, left_out.LEANED: 38},
+    )  # fmt: skip
+    told, text = "45 of 120 runs left out: 7 did not slide, 38 leaned on the foam", io.StringIO()
+    Console(file=text, width=200).print(summary(found))
+    assert told in text.getvalue()
+    assert f"{told}." in headline(found)
+    expected = [{"reason": "did not slide", "count": 7}, {"reason": "leaned on the foam", "count": 38}]
+    assert as_json(found)["runs"]["left_out"] == expected
+    assert "left out" not in headline(replace(found, left_out={}))
