@@ -112,13 +112,16 @@ def smooth_part(before: Fit, place: Place) -> tuple[Array, Array, float]:
     """A place's residuals (n,), their smooth part over the covariate (n,), and the ratio of their rms (at most 1)."""
     channel, rows = place.channel, place.channel.rows
     everywhere, known = place.covariate == "all", ~rows.limit
-    residual = np.where(known, (channel.off if everywhere else channel.residual)(before.model), 0.0)
-    residual = residual if everywhere else residual - np.median(residual[known])
+    residual = whole = np.where(known, channel.residual(before.model), 0.0)
+    if everywhere:
+        residual = np.where(known, channel.off(before.model), 0.0)
+    else:
+        residual = whole = residual - np.median(residual[known])
     weight = 1.0 / np.maximum(rows.sigma, np.median(rows.sigma) * 0.1)
     if channel.shares_friction:
         weight = np.ones(len(rows))
     smooth = place.basis @ np.linalg.lstsq(place.basis * weight[:, None], residual * weight, rcond=None)[0]
-    size = float(np.sqrt(np.mean(smooth**2)) / max(np.sqrt(np.mean(residual**2)), 1e-12))
+    size = float(np.sqrt(np.mean(smooth**2)) / max(np.sqrt(np.mean(whole**2)), 1e-12))
     return residual, smooth, min(size, 1.0)
 
 
