@@ -18,6 +18,7 @@ from station.app.commands.check import machine_of
 from station.app.corners_again import CornersAgain, corners_again, picture_tracker
 from station.app.outputs import without_nan
 from station.app.signature import Signature, file_sha256, signature_path
+from station.recording.malformed import left_out
 from station.recording.reader import RecordingReader, open_recording
 from station.sampling.machine import INPUTS
 from station.sampling.replay import DECISIONS, Difference, Verdict, replay_whole
@@ -122,7 +123,8 @@ def _content(reader: RecordingReader) -> Part:
     if changed:
         what = f"metadata {', '.join(repr(name) for name in changed)} is not as it was written"
         return Part("content", "different", count, what, Mismatch("metadata", reader.start_ns, changed[0], "", ""))
-    return Part("content", "identical", count, f"{count} messages and {attached} attached files match their checksums")
+    told = f"{count} messages and {attached} attached files match their checksums"
+    return Part("content", "identical", count, f"{told}. {left_out(reader.malformed)}".removesuffix(". "))
 
 
 def _corners(reader: RecordingReader) -> Part:

@@ -15,6 +15,7 @@ from shared.errors import UserError
 from shared.visible import visible
 from station.app import assembly
 from station.app.attached import attached_rig, attached_table
+from station.recording.malformed import left_out
 from station.recording.reader import RecordingReader, open_recording
 from station.sampling.machine import INPUTS, SamplingMachine
 from station.sampling.plan import Plan
@@ -36,6 +37,8 @@ def run(options: argparse.Namespace) -> int:
     reader = open_recording(options.file)
     stream = ((item.topic, item.message, item.log_ns) for item in reader.messages({*INPUTS, *DECISIONS}))
     verdict = replay(machine_of(reader), stream)
+    if told := left_out(reader.malformed):
+        print(visible(told))
     if verdict.difference is not None:
         print(visible(f"{verdict.decisions} decisions are the same, then: {verdict.difference}"))
         return 1
