@@ -26,6 +26,7 @@ from shared.errors import UserError
 from shared.geometry import Array, euler_of
 from shared.messages import BlockPose, Message, PlatformState, RunEvent, Sample
 from station.recording.importers import Imported, Item, Traced
+from station.recording.parquet import read_parquet
 from station.recording.provenance import Attachment, Provenance
 from station.signals.flags import NO_TILT
 
@@ -62,21 +63,20 @@ def read(source: Path, *, onset: Traced | None = None) -> Imported:  # noqa: ARG
 
 def _table(source: Path) -> dict[str, Array]:
     import pyarrow as pa  # noqa: PLC0415 - an extra, which the other importers do without
-    import pyarrow.parquet as pq  # noqa: PLC0415
 
     try:
-        table = pq.read_table(source)
+        table = read_parquet(source)
     except OSError as error:
         why = error if source.is_file() else "there is no such file"
         raise UserError(f"Expected the table of tosses at {source}, but it cannot be read: {why}") from error
-    except pa.ArrowInvalid as error:
+    except (pa.ArrowException, ValueError, KeyError) as error:
         raise UserError(f"Expected a Parquet table of tosses, but {source} is none ({error})") from error
     missing = [name for name in _COLUMNS if name not in table.column_names]
     if missing:
         raise UserError(f"Expected the columns {', '.join(_COLUMNS)} in {source}, missing are {', '.join(missing)}")
     try:
         return {name: table[name].to_numpy().astype(float) for name in _COLUMNS}
-    except ValueError as error:
+    except (pa.ArrowException, ValueError, TypeError) as error:
         raise UserError(f"Expected numbers in the columns of {source}: {error}") from error
 
 
