@@ -70,13 +70,22 @@ def read_measured(path: Path) -> Measured:
 def _columns(path: Path) -> dict[str, Sequence[Any]]:
     """The cells of all columns, by name."""
     if path.suffix == ".parquet":
-        table = read_parquet(path)
-        return {name: table.column(name).to_pylist() for name in table.column_names}
+        return _of_parquet(path)
     with path.open(newline="", encoding="utf-8-sig") as file:
         reader = csv.reader(file)
         header = next(reader, [])
         rows = [row + [""] * (len(header) - len(row)) for row in reader if row]
     return {name: [row[place] for row in rows] for place, name in enumerate(header)}
+
+
+def _of_parquet(path: Path) -> dict[str, Sequence[Any]]:
+    import pyarrow as pa  # noqa: PLC0415  # slow to load, and most tables are CSV
+
+    table = read_parquet(path)
+    try:
+        return {name: table.column(name).to_pylist() for name in table.column_names}
+    except (pa.ArrowException, ValueError, KeyError) as error:
+        raise UserError(f"Expected numbers and texts in the columns of {path}: {error}; remove the others") from error
 
 
 def _numbered(name: str) -> bool:
