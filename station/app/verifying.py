@@ -102,8 +102,9 @@ def verify(path: Path, *, keys: Path | None = None) -> Verification:
         UserError: if the file cannot be read, is damaged, or what stands beside it is no signature.
     """
     sha256, reader = file_sha256(path), open_recording(path)
-    parts = (_content(reader), _corners(reader), *_decisions(reader))
-    return Verification(path, sha256, parts, _signature(path, sha256, keys))
+    derived = (_corners(reader), *_decisions(reader))
+    # What is no message is known once all is read.
+    return Verification(path, sha256, (_content(reader), *derived), _signature(path, sha256, keys))
 
 
 def _signature(path: Path, sha256: str, keys: Path | None) -> Signature | None:

@@ -8,16 +8,19 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
 from shared.bus_keys import members_in
+from shared.clock import SIMULATION_EPOCH_NS
 from shared.errors import UserError
 from shared.geometry import tilt_of
 from shared.messages import RunEvent
 from shared.visible import LONGEST, sentence, visible
 from station.__main__ import main
+from station.friction.onset import estimate_onset
 from station.physics.catalogue import catalogue
 from station.physics.model import model_of_table
 from station.recording import mcap_file
@@ -175,3 +178,11 @@ def test_a_table_whose_columns_have_no_names_is_refused(tmp_path: Path) -> None:
 def test_an_attitude_of_numbers_whose_squares_are_zero_has_a_tilt() -> None:
     assert tilt_of(1e-320, 0.0, 0.0, 0.0) == 0.0
     assert tilt_of(0.0, 1e-320, 0.0, 0.0) == pytest.approx(math.pi)
+
+
+def test_a_reading_of_hours_later_is_no_part_of_a_slide() -> None:
+    """A grid of milliseconds to the year 2262 asked for 55 TiB."""
+    frames = SIMULATION_EPOCH_NS + np.arange(20) * 10_000_000
+    times = np.append(frames, 2**63 - 1)
+    onset = estimate_onset(frames, np.arange(20) * 1e-3, tilt_ns=times, tilt_rad=np.linspace(0, 0.3, 21), sigma_m=1e-5)
+    assert onset is None

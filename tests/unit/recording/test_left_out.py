@@ -97,8 +97,9 @@ def test_check_says_how_many_it_leaves_out(tmp_path: Path, capsys: pytest.Captur
             recording.write_message(topic, message, receive_ns=receive_ns)
             if topic == "session/sample":
                 recording.write(Received(topic, receive_ns=receive_ns, message=message, payload=JUNK))
-    main(["check", str(path)])
-    assert "2 on /session/sample" in capsys.readouterr().out
+    for command in ("check", "verify"):
+        main([command, str(path)])
+        assert "2 on /session/sample" in capsys.readouterr().out
 
 
 def test_a_repair_says_how_many_no_reader_takes(tmp_path: Path) -> None:
