@@ -93,6 +93,8 @@ class MeasuredPair:
             value = getattr(self, name)
             if not _LEAST <= value <= _MOST:
                 raise UserError(f"{self.name}: expected {name} from {_LEAST:g} to {_MOST:g}, got {value}")
+        if not (math.isfinite(self.axis_rad) and math.isfinite(self.one_way_rad)):
+            raise UserError(f"{self.name}: expected finite angles, got {self.axis_rad} and {self.one_way_rad}")
         if self.mu_1 < self.mu_2:
             raise UserError(f"{self.name}: expected mu_1 to be the higher, got {self.mu_1:g} and {self.mu_2:g}")
 

@@ -28,10 +28,11 @@ def read_parquet(path: Path) -> Any:
         _require_within(path, file.metadata)
         texts = [leaf.path for leaf in map(file.schema.column, range(len(file.schema))) if _is_text(leaf)]
     with pq.ParquetFile(path, read_dictionary=texts) as file:
-        table = file.read()
-    written_out = sum(_text_bytes(chunk) for column in table.columns for chunk in column.chunks)
+        packed = file.read()
+    written_out = sum(_text_bytes(chunk) for column in packed.columns for chunk in column.chunks)
     _refuse(path, "MB of text", written_out / 1e6, MOST_BYTES / 1e6)
-    return table
+    with pq.ParquetFile(path) as file:
+        return file.read()
 
 
 def _require_within(path: Path, metadata: Any) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import math
 from collections.abc import Iterable, Iterator
@@ -12,14 +13,19 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from cryptography import x509
+from cryptography.hazmat.primitives.serialization import Encoding
 
 from shared.bus_keys import members_in
 from shared.clock import SIMULATION_EPOCH_NS
 from shared.errors import UserError
 from shared.geometry import tilt_of
 from shared.messages import RunEvent
+from shared.rig import load_rig
 from shared.visible import LONGEST, sentence, visible
 from station.__main__ import main
+from station.app.authority import new_authority
+from station.app.signing import sign, signature_of
 from station.friction.onset import estimate_onset
 from station.physics.catalogue import catalogue
 from station.physics.model import model_of_table
@@ -106,6 +112,8 @@ def test_a_model_of_other_kinds_is_refused(table: dict[str, object]) -> None:
         {"object": "\ud800"},
         {"remarks": ["\ud800"]},
         {"side_m": 1e200},
+        {"axis_rad": math.inf},
+        {"one_way_rad": None},
         {"mass_kg": 1e-320},
         {"mu_1_interval": [1, 2, 3]},
         {"axis_rad": "0"},
@@ -157,11 +165,20 @@ def test_tosses_that_take_hours_are_refused(tmp_path: Path) -> None:
         importers()["cube-tosses"].read(path)
 
 
-def test_tosses_in_columns_that_hold_no_numbers_are_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize("cell", [{"a": 1}, "x"])
+def test_tosses_in_columns_that_hold_no_numbers_are_refused(tmp_path: Path, cell: object) -> None:
     whole = pq.read_table(made_up(tmp_path / "whole.parquet"))
     path = tmp_path / "tosses.parquet"
-    pq.write_table(whole.set_column(2, "x_m", pa.array([{"a": 1}] * whole.num_rows)), path)
+    pq.write_table(whole.set_column(2, "x_m", pa.array([cell] * whole.num_rows)), path)
     with pytest.raises(UserError, match="Expected numbers"):
+        importers()["cube-tosses"].read(path)
+
+
+def test_a_column_of_texts_that_are_all_missing_has_no_place_on_the_board(tmp_path: Path) -> None:
+    whole = pq.read_table(made_up(tmp_path / "whole.parquet"))
+    path, empty = tmp_path / "tosses.parquet", pa.array([None] * whole.num_rows, pa.string())
+    pq.write_table(whole.set_column(2, "x_m", empty).set_column(3, "y_m", empty), path)
+    with pytest.raises(UserError, match="Expected"):
         importers()["cube-tosses"].read(path)
 
 
@@ -186,3 +203,25 @@ def test_a_reading_of_hours_later_is_no_part_of_a_slide() -> None:
     times = np.append(frames, 2**63 - 1)
     onset = estimate_onset(frames, np.arange(20) * 1e-3, tilt_ns=times, tilt_rad=np.linspace(0, 0.3, 21), sigma_m=1e-5)
     assert onset is None
+
+
+def _unreadable(certificate: bytes) -> Iterator[str]:
+    """Certificates with one bit changed: one of a version that there is not, and one whose name cannot be read."""
+    der = x509.load_pem_x509_certificate(certificate).public_bytes(Encoding.DER)
+    version = der.index(bytes([0xA0, 3, 2, 1, 2])) + 4
+    name = der.index(bytes([0x0C]), version)  # the mark of a text
+    for place, bit in ((version, 0x40), (name, 0x02)):
+        changed = der[:place] + bytes([der[place] ^ bit]) + der[place + 1 :]
+        yield f"-----BEGIN CERTIFICATE-----\n{base64.encodebytes(changed).decode()}-----END CERTIFICATE-----\n"
+
+
+def test_a_certificate_whose_name_cannot_be_read_signs_nothing(tmp_path: Path) -> None:
+    (tmp_path / "rig.toml").write_text('id = "lab"\n', encoding="utf-8")
+    new_authority(load_rig(tmp_path / "rig.toml"), tmp_path / "keys")
+    (tmp_path / "a.mcap").write_bytes(b"content")
+    beside = sign(tmp_path / "a.mcap", tmp_path / "keys", now_ns=1)
+    told = json.loads(beside.read_text())
+    for certificate in _unreadable(told["certificate"].encode()):
+        beside.write_text(json.dumps({**told, "certificate": certificate}))
+        with pytest.raises(UserError, match="expected a signature"):
+            signature_of(tmp_path / "a.mcap", sha256=told["sha256"], keys=tmp_path / "keys")
