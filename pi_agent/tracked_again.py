@@ -7,7 +7,6 @@ picture is a stranger's: its size is read from its header, and one that is not t
 from __future__ import annotations
 
 import struct
-import tomllib
 
 import cv2
 import numpy as np
@@ -16,8 +15,7 @@ from pi_agent.calibration.model import Calibration, nominal
 from pi_agent.cameras import CameraInfo, Frame
 from pi_agent.observer import Observer
 from pi_agent.tracking.tone import LINEAR, TONE_CURVES
-from shared.config import Table, parse
-from shared.errors import UserError
+from shared.config import parse, table_of
 from shared.messages import MarkerCorners
 from shared.rig import RigConfig
 
@@ -76,10 +74,7 @@ class PictureTracker:
 
 
 def _calibration(text: str) -> Calibration:
-    try:
-        return parse(Calibration, Table(tomllib.loads(text), "calibration.toml in the recording", text))
-    except (ValueError, RecursionError) as error:
-        raise UserError(f"calibration.toml in the recording: expected TOML, got something else: {error}") from error
+    return parse(Calibration, table_of(text, "calibration.toml in the recording"))
 
 
 def _line_ns(like: MarkerCorners) -> float:

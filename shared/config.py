@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import re
 import tomllib
 import types
 from collections.abc import Iterable
 from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
 from pathlib import Path
-from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 from shared.arguments import nearest
 from shared.errors import UserError
@@ -17,6 +18,10 @@ T = TypeVar("T")
 _NAME = re.compile(r"\w+")
 _LARGE = 2**63
 """TOML's own limit for an integer, which Python's reader does not enforce."""
+_MOST_LETTERS = 1_000_000
+"""A rig file has some thousand letters, a table of deviations some 100 000; Python's objects take ten times as much."""
+_MOST_LEVELS = 32
+"""A rig file has four levels; Python gives up at a thousand calls, of which each level takes a few."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +51,56 @@ class Table:
         return Table(value, self.file, self.text, (*self.path, key))  # pyright: ignore[reportUnknownArgumentType]
 
 
+def table_of(text: str | bytes, where: str) -> Table:
+    """The table in a TOML text; `where` names it in errors. A stranger may have written it.
+
+    Raises:
+        UserError: if it is not TOML, or so long or so deep that no file of a person is.
+    """
+    try:
+        _require_short(text)
+        words = text if isinstance(text, str) else text.decode("utf-8")
+        return Table(_shallow(tomllib.loads(words)), where, words)
+    except (ValueError, RecursionError) as error:  # a wrong TOML, letter or number is a ValueError
+        raise UserError(f"{where}: expected TOML, got something else: {error}") from error
+
+
+def json_table(text: str, where: str) -> Table:
+    """The object in a JSON text as a table; `where` names it in errors. A stranger may have written it.
+
+    Raises:
+        UserError: if it is not JSON, no object, or so long or so deep that no program of ours writes it.
+    """
+    try:
+        _require_short(text)
+        found: Any = json.loads(text)
+        if not isinstance(found, dict):
+            raise ValueError("it is no object")
+        return Table(_shallow(cast(dict[str, Any], found)), where, text)
+    except (ValueError, RecursionError) as error:
+        raise UserError(f"{where}: expected a JSON object, got something else: {error}") from error
+
+
+def _require_short(text: str | bytes) -> None:
+    if len(text) > _MOST_LETTERS:
+        raise ValueError(f"it has more than {_MOST_LETTERS} letters")
+
+
+def _shallow(values: dict[str, Any]) -> dict[str, Any]:
+    """The values, unless they are nested so deeply that those who read them would recurse without end.
+
+    Raises:
+        ValueError: if they are.
+    """
+    level: list[Any] = [values]
+    for _ in range(_MOST_LEVELS):
+        inner = (each.values() if isinstance(each, dict) else each for each in level)
+        level = [one for each in inner for one in cast(Iterable[Any], each) if isinstance(one, dict | list)]
+    if level:
+        raise ValueError(f"it is nested deeper than {_MOST_LEVELS} levels")
+    return values
+
+
 def load_table(path: Path) -> Table:
     """Reads a TOML file.
 
@@ -53,11 +108,11 @@ def load_table(path: Path) -> Table:
         UserError: if the file is missing or not TOML.
     """
     try:
-        text = path.read_text(encoding="utf-8")
-        return Table(tomllib.loads(text), str(path), text)
+        with path.open(encoding="utf-8") as file:
+            return table_of(file.read(_MOST_LETTERS + 1), str(path))
     except OSError as error:
         raise UserError(f"Expected a TOML file at {path}, but it cannot be read: {error.strerror}") from error
-    except (ValueError, RecursionError) as error:  # a wrong TOML, letter or number is a ValueError
+    except UnicodeDecodeError as error:
         raise UserError(f"{path}: expected TOML, got something else: {error}") from error
 
 

@@ -56,7 +56,8 @@ def matrix_from_quaternion(q: ArrayLike) -> Array:
 def tilt_of(qw: float, qx: float, qy: float, qz: float) -> float:
     """Angle in radians between the plate's normal and the world's up, from world_from_plate."""
     # z of the normal is 1 − 2 (x² + y²); the half-angle form keeps its accuracy near level, where arccos loses it.
-    norm = math.sqrt(qw * qw + qx * qx + qy * qy + qz * qz)
+    # The square of a number below 1e-162 is zero; nothing else lets the root be.
+    norm = math.sqrt(qw * qw + qx * qx + qy * qy + qz * qz) or math.hypot(qw, qx, qy, qz)
     return 2.0 * math.asin(min(1.0, math.hypot(qx, qy) / norm))
 
 

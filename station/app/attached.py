@@ -7,10 +7,9 @@ simulators of one's own are loaded from folders that one's own rig file or the c
 from __future__ import annotations
 
 import contextlib
-import tomllib
 from dataclasses import replace
 
-from shared.config import Table
+from shared.config import Table, table_of
 from shared.errors import UserError
 from shared.rig import RigConfig, rig_of_table
 from shared.visible import visible
@@ -28,12 +27,7 @@ def attached_table(reader: RecordingReader, name: str) -> Table | None:
     """
     if name not in reader.attachments:
         return None
-    where = f"{name} in {reader.path}"
-    try:
-        text = reader.attachments[name].decode("utf-8")
-        return Table(tomllib.loads(text), where, text)
-    except (ValueError, RecursionError) as error:  # a wrong TOML, letter or number is a ValueError
-        raise UserError(f"{where}: expected TOML, got something else: {error}") from error
+    return table_of(reader.attachments[name], f"{name} in {reader.path}")
 
 
 def attached_rig(reader: RecordingReader) -> RigConfig | None:

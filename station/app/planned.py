@@ -9,7 +9,7 @@ from typing import Any
 
 import tomli_w
 
-from shared.config import Table, parse
+from shared.config import parse, table_of
 from shared.errors import UserError
 from station.diagnosis.result import NextExperiment
 from station.recording.reader import RecordingReader
@@ -30,8 +30,8 @@ def recorded_plan(reader: RecordingReader) -> str:
     """The plan file in a recording; empty if it has none that a session takes."""
     text = reader.attachments.get("plan.toml", b"").decode(errors="replace")
     try:
-        parse(Plan, Table(tomllib.loads(text), "plan.toml", text))
-    except (tomllib.TOMLDecodeError, UserError):
+        parse(Plan, table_of(text, "plan.toml"))
+    except UserError:
         return ""
     return text
 

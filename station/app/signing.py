@@ -120,7 +120,7 @@ def _parsed(path: Path) -> tuple[dict[str, str | int], x509.Certificate, bytes]:
             values = json.loads(file.read(_MOST_BYTES))
         told = {name: values[name] for name in _SIGNED}
         good = told["format"] == _FORMAT and isinstance(told["signed_ns"], int) and isinstance(told["sha256"], str)
-        certificate = x509.load_pem_x509_certificate(told["certificate"].encode())
+        certificate = _certificate_of(told["certificate"].encode())
         signature = base64.b64decode(values["signature"], validate=True)
     except OSError as error:
         raise UserError(f"Expected a signature at {path}, but it cannot be read: {error.strerror}") from error
@@ -131,9 +131,23 @@ def _parsed(path: Path) -> tuple[dict[str, str | int], x509.Certificate, bytes]:
     return told, certificate, signature
 
 
+def _certificate_of(pem: bytes) -> x509.Certificate:
+    """A certificate whose names and times can be read: the library looks at them only when they are asked for.
+
+    Raises:
+        ValueError: if it is none.
+    """
+    try:
+        found = x509.load_pem_x509_certificate(pem)
+    except x509.InvalidVersion as error:  # no ValueError
+        raise ValueError(str(error)) from error
+    _ = (found.subject, found.issuer, found.not_valid_before_utc, found.not_valid_after_utc)
+    return found
+
+
 def _certificate_in(path: Path) -> x509.Certificate:
     try:
-        return x509.load_pem_x509_certificate(path.read_bytes())
+        return _certificate_of(path.read_bytes())
     except OSError as error:
         raise UserError(f"Expected a certificate at {path}, but it cannot be read: {error.strerror}") from error
     except ValueError as error:

@@ -18,6 +18,7 @@ from station.app.commands.check import machine_of
 from station.app.corners_again import CornersAgain, corners_again, picture_tracker
 from station.app.outputs import without_nan
 from station.app.signature import Signature, file_sha256, signature_path
+from station.recording.malformed import left_out
 from station.recording.reader import RecordingReader, open_recording
 from station.sampling.machine import INPUTS
 from station.sampling.replay import DECISIONS, Difference, Verdict, replay_whole
@@ -101,8 +102,9 @@ def verify(path: Path, *, keys: Path | None = None) -> Verification:
         UserError: if the file cannot be read, is damaged, or what stands beside it is no signature.
     """
     sha256, reader = file_sha256(path), open_recording(path)
-    parts = (_content(reader), _corners(reader), *_decisions(reader))
-    return Verification(path, sha256, parts, _signature(path, sha256, keys))
+    derived = (_corners(reader), *_decisions(reader))
+    # What is no message is known once all is read.
+    return Verification(path, sha256, (_content(reader), *derived), _signature(path, sha256, keys))
 
 
 def _signature(path: Path, sha256: str, keys: Path | None) -> Signature | None:
@@ -122,7 +124,8 @@ def _content(reader: RecordingReader) -> Part:
     if changed:
         what = f"metadata {', '.join(repr(name) for name in changed)} is not as it was written"
         return Part("content", "different", count, what, Mismatch("metadata", reader.start_ns, changed[0], "", ""))
-    return Part("content", "identical", count, f"{count} messages and {attached} attached files match their checksums")
+    told = f"{count} messages and {attached} attached files match their checksums"
+    return Part("content", "identical", count, f"{told}. {left_out(reader.malformed)}".removesuffix(". "))
 
 
 def _corners(reader: RecordingReader) -> Part:

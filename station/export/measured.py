@@ -19,15 +19,17 @@ MASS_KG = 0.00785
 """The paper's cube (10 mm of steel): the body that is written where a measurement does not say which it was."""
 
 
+_LEAST, _MOST = 1e-9, 1e9
+"""No body in metres or kg and no friction is as small or large, and their products are numbers."""
 _TEXTS = ("object", "plate", "fixed_in")
 
 
 def _refuse_other(name: str, value: object, default: object) -> None:
     """Raises UserError if a field's value, from a file of anybody's, is of another kind."""
     if name in _TEXTS:
-        fits, wanted = isinstance(value, str), "a text"
+        fits, wanted = _is_text(value), "a text"
     elif name == "remarks":
-        fits, wanted = isinstance(value, tuple) and all(isinstance(one, str) for one in _items(value)), "texts"
+        fits, wanted = isinstance(value, tuple) and all(map(_is_text, _items(value))), "texts"
     elif isinstance(default, tuple):
         fits = isinstance(value, tuple) and len(_items(value)) == 2 and all(map(_is_number, _items(value)))
         wanted = "two numbers"
@@ -39,6 +41,11 @@ def _refuse_other(name: str, value: object, default: object) -> None:
 
 def _items(value: object) -> tuple[Any, ...]:
     return cast(tuple[Any, ...], value)
+
+
+def _is_text(value: object) -> bool:
+    """True for what a file can hold: JSON may have half a letter, which no encoding has."""
+    return isinstance(value, str) and not any("\ud800" <= letter <= "\udfff" for letter in value)
 
 
 def _is_number(value: object) -> bool:
@@ -84,8 +91,10 @@ class MeasuredPair:
             _refuse_other(spec.name, getattr(self, spec.name), spec.default)
         for name in ("mu_1", "mu_2", "one_way", "other_ratio", "side_m", "mass_kg"):
             value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise UserError(f"{self.name}: expected a positive number for {name}, got {value}")
+            if not _LEAST <= value <= _MOST:
+                raise UserError(f"{self.name}: expected {name} from {_LEAST:g} to {_MOST:g}, got {value}")
+        if not (math.isfinite(self.axis_rad) and math.isfinite(self.one_way_rad)):
+            raise UserError(f"{self.name}: expected finite angles, got {self.axis_rad} and {self.one_way_rad}")
         if self.mu_1 < self.mu_2:
             raise UserError(f"{self.name}: expected mu_1 to be the higher, got {self.mu_1:g} and {self.mu_2:g}")
 

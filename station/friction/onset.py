@@ -69,6 +69,10 @@ class Onset:
     residual_m: float
 
 
+_LONGEST_S = 3600.0
+"""A slide and what leads to it last seconds or minutes; a stamp of hours later is none, and is not interpolated to."""
+
+
 def _golden(score: Callable[[Array], Array], low: Array, high: Array) -> tuple[Array, Array]:
     """The least of a function with one valley between two points: where, and how much; for several valleys, (k,)."""
     golden = 0.5 * (5.0**0.5 - 1.0)
@@ -124,6 +128,8 @@ def estimate_onset(
         return None
     t = np.asarray((frames - origin) * 1e-9, dtype=np.float64)
     readings_s = np.asarray((times - origin) * 1e-9, dtype=np.float64)
+    if readings_s[-1] > _LONGEST_S:
+        return None
     loads = Loads(readings_s, tilt, frames_s=t, ahead_m=ahead_m, way_m=along * path)
     fit = _Fit(t, path, loads, along=along, sigma_m=max(sigma_m, 1e-7))
     best = fit.best()

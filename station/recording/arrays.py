@@ -126,14 +126,11 @@ class _Collected:
                 self._messages[topic] += self._reader.decoded(topic, part, _WHOLE[topic])
             else:
                 own = self._columns.get(topic) or self._angles[topic.removeprefix(ANGLE_PREFIX)]
-                own.add(part.payloads, log_ns=part.log_ns, publish_ns=part.publish_ns)
+                taken = own.add(part.payloads, log_ns=part.log_ns, publish_ns=part.publish_ns)
+                self._reader.leave_out(topic, part.place[~taken].tolist())
 
     def signals(self) -> Signals:
-        """All of it, in the order of capture; what was malformed is told."""
-        angles = {ANGLE_PREFIX + source: found for source, found in self._angles.items()}
-        read = {**self._columns, **angles}.items()
-        for topic, found in read:
-            self._reader.leave_out(topic, found.malformed)
+        """All of it, in the order of capture."""
         geometries = [*_calibrations(each for *_, each in sorted(self._messages["camera/geometry"], key=_log_ns))]
         samples = sorted(sorted(self._messages["session/sample"], key=_log_ns), key=_publish_ns)
         own = self._columns

@@ -30,38 +30,46 @@ _RECORD = struct.Struct("<BQ")
 
 
 class Batch(NamedTuple):
-    """Messages in the order of the file: channel, times (n,), and where their payloads are."""
+    """Messages in the order of the file: channel, times (n,), and where their payloads are.
+
+    `place` (n,) is where the content of each begins in all that was unpacked: no other message has the same. Times
+    of 2^63 ns and later, which no clock has, are negative.
+    """
 
     channel: Integers
     log_ns: Integers
     publish_ns: Integers
     payloads: Payloads
+    place: Integers
 
     def select(self, chosen: NDArray[Any]) -> Batch:
         """The messages that are chosen (n,)."""
-        return Batch(self.channel[chosen], self.log_ns[chosen], self.publish_ns[chosen], self.payloads.select(chosen))
+        channel, log_ns, publish_ns, payloads, place = self
+        return Batch(channel[chosen], log_ns[chosen], publish_ns[chosen], payloads.select(chosen), place[chosen])
 
 
 class Unpacked(NamedTuple):
-    """A chunk's records, and the message indexes that follow it in the file."""
+    """A chunk's records, the message indexes that follow it in the file, and how much the chunks before it hold."""
 
     records: bytes
     indexes: bytes
+    first_place: int
 
 
 def batch_of(chunks: Sequence[Unpacked], *, wanted: Container[int]) -> Batch | None:
     """The messages of the wanted channels in successive chunks; None if the indexes are missing or wrong."""
-    begins, size = list[Integers](), 0
+    begins, places, size = list[Integers](), list[Integers](), 0
     for chunk in chunks:
         begin = _begins(chunk.indexes)
         if begin is None:
             return None
-        begins.append(begin + size)
+        begins.append(np.sort(begin) + size)
+        places.append(begins[-1] - size + chunk.first_place + _PREFIX)
         size += len(chunk.records)
     # The records of chunks one after another are such records again.
     records = b"".join([*(chunk.records for chunk in chunks), bytes(PADDING)])
-    begin = np.sort(np.concatenate([np.empty(0, np.int64), *begins]))
-    if len(begin) and not 0 <= begin[0] <= begin[-1] <= size - _HEADER.itemsize:
+    begin, place = (np.concatenate([np.empty(0, np.int64), *each]) for each in (begins, places))
+    if len(begin) and not 0 <= begin.min() <= begin.max() <= size - _HEADER.itemsize:
         return None
     data = np.frombuffer(records, dtype=np.uint8)
     header: Any = np.ndarray((len(data) - _HEADER.itemsize,), _HEADER, buffer=data, strides=(1,))[begin]
@@ -70,24 +78,26 @@ def batch_of(chunks: Sequence[Unpacked], *, wanted: Container[int]) -> Batch | N
     channel, log_ns, publish_ns, length = (
         header[name].astype(np.int64) for name in ("channel", "log_ns", "publish_ns", "length")
     )
-    found = Batch(channel, log_ns, publish_ns, Payloads(data, begin + _HEADER.itemsize, begin + _PREFIX + length))
+    found = Batch(
+        channel, log_ns, publish_ns, Payloads(data, begin + _HEADER.itemsize, begin + _PREFIX + length), place
+    )
     known = [number for number in np.unique(channel).tolist() if number in wanted]
     return found.select(np.isin(channel, known))
 
 
-def batch_by_walking(records: bytes, *, wanted: Container[int]) -> Batch:
+def batch_by_walking(chunk: Unpacked, *, wanted: Container[int]) -> Batch:
     """The same of one chunk, record by record.
 
     Raises:
         DamageError: if they do not fit together.
     """
-    found = messages(records, wanted=wanted)
+    found = messages(chunk.records, wanted=wanted, first_place=chunk.first_place)
     data = np.frombuffer(b"".join([*(raw.payload for raw in found), bytes(PADDING)]), dtype=np.uint8)
     end = np.cumsum([len(raw.payload) for raw in found], dtype=np.int64)
     begin = np.concatenate([np.zeros(1, np.int64), end])[:-1]
-    columns = ((raw.channel_id, raw.log_ns, raw.publish_ns) for raw in found)
-    channel, log_ns, publish_ns = np.array(list(columns), dtype=np.int64).reshape(-1, 3).T
-    return Batch(channel, log_ns, publish_ns, Payloads(data, begin, end))
+    columns = ((raw.channel_id, raw.log_ns, raw.publish_ns, raw.place) for raw in found)
+    channel, log_ns, publish_ns, place = np.array(list(columns), dtype=np.uint64).reshape(-1, 4).T.astype(np.int64)
+    return Batch(channel, log_ns, publish_ns, Payloads(data, begin, end), place)
 
 
 def _begins(indexes: bytes) -> Integers | None:

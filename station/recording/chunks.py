@@ -37,6 +37,8 @@ class RawMessage(NamedTuple):
     sequence: int
     publish_ns: int
     payload: bytes
+    place: int = 0
+    """Where its content begins in all that was unpacked: no other message of a reading has the same."""
 
 
 def unpack(chunk: Chunk) -> bytes:
@@ -70,8 +72,8 @@ def _decompress(chunk: Chunk) -> bytes:
     raise ValueError(f"unknown compression '{chunk.compression}'")
 
 
-def messages(records: bytes, *, wanted: Container[int] | None = None) -> list[RawMessage]:
-    """The messages of the wanted channels (None: of all), in the order of the file."""
+def messages(records: bytes, *, wanted: Container[int] | None = None, first_place: int = 0) -> list[RawMessage]:
+    """The messages of the wanted channels (None: of all), in the order of the file; places count from `first_place`."""
     found: list[RawMessage] = []
     position, end = 0, len(records)
     if end > MAX_MESSAGES * (_RECORD.size + _MESSAGE.size) and _count(records) > MAX_MESSAGES:
@@ -84,7 +86,7 @@ def messages(records: bytes, *, wanted: Container[int] | None = None) -> list[Ra
                 channel, sequence, log_ns, publish_ns = _MESSAGE.unpack_from(records, position)
                 if wanted is None or channel in wanted:
                     payload = records[position + _MESSAGE.size : position + length]
-                    found.append(RawMessage(log_ns, channel, sequence, publish_ns, payload))
+                    found.append(RawMessage(log_ns, channel, sequence, publish_ns, payload, first_place + position))
             position += length
     except struct.error as error:
         raise DamageError(f"a chunk's records do not fit together ({error})") from error

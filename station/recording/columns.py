@@ -67,11 +67,9 @@ class Columns:
         self._cls, self._names = cls, _NAMES[cls]
         self._parts = list[dict[str, Any]]()
         self._joined = self._since = 0
-        self.malformed = list[int]()
-        """Log times of payloads that are no message of this class: they are left out."""
 
-    def add(self, payloads: Payloads, *, log_ns: Integers, publish_ns: Integers) -> None:
-        """Takes messages (n,) as they stand in the file; a payload that is not of this class is `malformed`.
+    def add(self, payloads: Payloads, *, log_ns: Integers, publish_ns: Integers) -> NDArray[np.bool_]:
+        """Takes messages (n,) as they stand in the file; True (n,) for those taken, which are of this class.
 
         They were logged at `log_ns` (n,) and published at `publish_ns` (n,), ns.
         """
@@ -87,13 +85,13 @@ class Columns:
                 fields.values[name][number] = _kept(getattr(message, name), fields.values[name], width)
         part = {"log_ns": log_ns, "publish_ns": publish_ns, **fields.values}
         if not good.all():
-            self.malformed += log_ns[~good].tolist()
             part = {name: _taken(column, np.flatnonzero(good)) for name, column in part.items()}
         self._parts.append(part)
         self._since += len(log_ns)
         if self._since * JOINED_AT > self._joined:
             self._parts = [self._whole()]
             self._joined, self._since = self._joined + self._since, 0
+        return good
 
     def _whole(self) -> dict[str, Any]:
         """All columns by name, one after another: the parts of each go as it is joined."""

@@ -6,11 +6,10 @@ the rig file; no program of this repository reads it.
 
 from __future__ import annotations
 
-import tomllib
 from collections import defaultdict
 from collections.abc import Iterable
 
-from shared.config import Table
+from shared.config import table_of
 from shared.errors import UserError
 from shared.messages import Message
 from shared.rig import RigConfig, rig_of_table
@@ -41,9 +40,9 @@ def for_viewers(rig_toml: str) -> ForViewers | None:
     if not rig_toml:
         return None
     try:
-        rig = rig_of_table(Table(tomllib.loads(rig_toml)))
+        rig = rig_of_table(table_of(rig_toml, "rig.toml"))
         return ForViewers(rig, placed_arm(rig))
-    except (UserError, ValueError):  # a session is recorded whatever its rig file says; a wrong TOML is a ValueError
+    except (UserError, ValueError):  # a session is recorded whatever its rig file says
         return None
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from shared.errors import UserError
+from station.recording.parquet import read_parquet
 from station.recording.tables import LENGTHS, REQUIRED, known_columns, read_samples
 from station.signals.measured import Column, Measured
 
@@ -34,6 +35,9 @@ NUMBERS: Mapping[str, float] = MappingProxyType(
 GROUPS = ("group", "sequence", "day", "specimen")
 """The columns that name a group; rows are of one group if they agree in all of them."""
 
+MOST_ROWS = 75_000
+"""The largest number of measurements: a diagnosis takes 10 kB for each, and all of it is to stay below 1 GB."""
+
 ONE_OF = (REQUIRED, COEFFICIENT, FORCE)
 """A table must have one of these columns."""
 
@@ -46,6 +50,10 @@ def read_measured(path: Path) -> Measured:
             no number.
     """
     samples = read_samples(path, one_of=ONE_OF)
+    if len(samples) > MOST_ROWS:
+        raise UserError(
+            f"Expected at most {MOST_ROWS} measurements in {path}, it holds {len(samples)}; split the table"
+        )
     columns = _columns(path)
     more = {name: _numbers(name, columns[name], path) for name in NUMBERS if name in columns}
     _require_load(more, path)
@@ -62,15 +70,22 @@ def read_measured(path: Path) -> Measured:
 def _columns(path: Path) -> dict[str, Sequence[Any]]:
     """The cells of all columns, by name."""
     if path.suffix == ".parquet":
-        import pyarrow.parquet as pq  # noqa: PLC0415  # slow to load, and most tables are CSV
-
-        table = pq.read_table(path)
-        return {name: table.column(name).to_pylist() for name in table.column_names}
+        return _of_parquet(path)
     with path.open(newline="", encoding="utf-8-sig") as file:
         reader = csv.reader(file)
         header = next(reader, [])
         rows = [row + [""] * (len(header) - len(row)) for row in reader if row]
     return {name: [row[place] for row in rows] for place, name in enumerate(header)}
+
+
+def _of_parquet(path: Path) -> dict[str, Sequence[Any]]:
+    import pyarrow as pa  # noqa: PLC0415  # slow to load, and most tables are CSV
+
+    table = read_parquet(path)
+    try:
+        return {name: table.column(name).to_pylist() for name in table.column_names}
+    except (pa.ArrowException, ValueError, KeyError) as error:
+        raise UserError(f"Expected numbers and texts in the columns of {path}: {error}; remove the others") from error
 
 
 def _numbered(name: str) -> bool:

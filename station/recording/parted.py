@@ -6,7 +6,7 @@ import heapq
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from operator import attrgetter
 
 from shared.errors import UserError
@@ -30,6 +30,10 @@ class PartedReader(RecordingReader):
         self._parts = tuple(parts)
         for number, part in enumerate(parts, start=1):
             _require_same_session(parts[0], part, number)
+        for part, first_place in zip(
+            parts, accumulate((part.unpacked_bytes for part in parts), initial=0), strict=False
+        ):
+            part.count_as_part_of(self, first_place)
         self.seams = tuple(_seams(parts))
         held = [part for part in parts if part.message_count] or [parts[0]]
         self.start_ns = min(part.start_ns for part in held)
@@ -89,22 +93,14 @@ class PartedReader(RecordingReader):
     ) -> Iterator[tuple[dict[int, TopicInfo], Batch]]:
         """The batches as of one file, part after part; a topic's number is another one in each."""
         for part in self._within(from_ns, to_ns):
-            yield from part.batches(topics, from_ns, to_ns)
+            for channels, batch in part.batches(topics, from_ns, to_ns):
+                yield channels, batch._replace(place=batch.place + part.first_place)
 
     def _within(self, from_ns: int | None, to_ns: int | None) -> list[RecordingReader]:
         """The parts with messages of these times; one at least, which refuses what must not be asked for."""
         low, high = self._span(from_ns, to_ns)
         held = (part for part in self._parts if part.message_count)
         return [part for part in held if part.end_ns >= low and part.start_ns < high] or [self._parts[0]]
-
-    @property
-    def malformed(self) -> dict[str, int]:
-        """Payloads by topic that are no message of it, in all parts, as far as they were read."""
-        found = dict(super().malformed)
-        for part in self._parts:
-            for topic, count in part.malformed.items():
-                found[topic] = found.get(topic, 0) + count
-        return found
 
     @cached_property
     def metadata(self) -> dict[str, dict[str, str]]:

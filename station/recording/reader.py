@@ -16,15 +16,14 @@ from bisect import bisect_left
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate
 from operator import itemgetter
 from pathlib import Path
 from typing import BinaryIO, TypeVar
 
 import numpy as np
 from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
-from mcap.reader import SeekingReader
-from mcap.records import Attachment, Chunk, ChunkIndex, Metadata
+from mcap.records import Attachment, Chunk, ChunkIndex, MetadataIndex
 from mcap.summary import Summary
 
 from shared import topics, wire
@@ -33,11 +32,13 @@ from shared.errors import UserError
 from shared.messages import AngleReading, Message, Sample
 from shared.visible import visible
 from station.recording.batches import Batch, Unpacked, batch_by_walking, batch_of
-from station.recording.chunks import HELD_BYTES, MAX_CHUNK_BYTES, DamageError, RawMessage, messages, unpack
+from station.recording.bounded import BROKEN, read_at, require_unpacked_within
+from station.recording.chunks import HELD_BYTES, DamageError, RawMessage, messages, unpack
+from station.recording.described import Described, Found, described, record_at
 from station.recording.for_viewers import TOPICS as FOR_VIEWERS
+from station.recording.index import FOOTER_BYTES, read_index
 from station.recording.mcap_file import MAGIC
 from station.recording.parts import number_of, part_path
-from station.recording.provenance import CHECKSUM, is_intact
 from station.recording.writer import PARTIAL
 
 M = TypeVar("M", bound=Message)
@@ -48,13 +49,12 @@ LATEST_NS = 2**63 - 1
 _CLASSES = {wire.schema_name(line.message): line.message for line in topics.TOPICS.values()} | {
     wire.schema_name(AngleReading): AngleReading
 }
-_FOOTER_BYTES = 9 + 20
 MAX_HELD_BYTES = 256 * 1024 * 1024
 """The size of messages that wait until no later chunk can hold an earlier one: one chunk of our own recordings."""
+MOST_SAMPLES = 200_000
+"""Ten times the longest session, of 20 000 runs; as objects they take 250 MB, which a file of some kB may ask for."""
 _TOGETHER_BYTES = 1 << 20
 """Chunks smaller than this are read together, where whole columns are wanted."""
-_BROKEN = (McapError, DamageError, struct.error, ValueError, KeyError, IndexError, EOFError, MemoryError)
-"""The errors of the library when the bytes are not what they should be (its EndOfFile is a McapError)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,15 +117,12 @@ def open_file(path: Path) -> RecordingReader:
     try:
         with path.open("rb") as file:
             _check_ends(file, path)
-            _check_summary(file)
-            file.seek(0)
-            summary = SeekingReader(file, record_size_limit=MAX_CHUNK_BYTES).get_summary()
+            summary = read_index(file)
+            _require_bounded(file, summary)
     except OSError as error:
         raise UserError(f"Expected a recording at {path}, but it cannot be read: {error.strerror}") from error
-    except _BROKEN as error:
+    except BROKEN as error:
         raise _damaged(path, str(error) or type(error).__name__) from error
-    if summary is not None:
-        _require_apart(path, summary.chunk_indexes)
     counted = summary.statistics if summary is not None else None
     # Messages outside of chunks, which are not indexed, would otherwise be silently no messages.
     if summary is None or counted is None or (counted.message_count and not summary.chunk_indexes):
@@ -133,12 +130,14 @@ def open_file(path: Path) -> RecordingReader:
     return RecordingReader(path, summary)
 
 
-def _require_apart(path: Path, indexes: Iterable[ChunkIndex]) -> None:
-    """Refuses an index by which the same bytes are read again and again: a small file would hold any amount."""
+def _require_bounded(file: BinaryIO, summary: Summary | None) -> None:
+    """Refuses an index by which a small file would hold any amount: packed too well, or read again and again."""
+    indexes = [] if summary is None else sorted(summary.chunk_indexes, key=lambda index: index.chunk_start_offset)
+    require_unpacked_within(indexes, file_bytes=file.seek(0, 2))
     end = 0
-    for index in sorted(indexes, key=lambda index: index.chunk_start_offset):
+    for index in indexes:
         if index.chunk_start_offset < end:
-            raise _damaged(path, f"its chunks overlap (at byte {index.chunk_start_offset})")
+            raise DamageError(f"its chunks overlap (at byte {index.chunk_start_offset})")
         end = index.chunk_start_offset + index.chunk_length
 
 
@@ -150,38 +149,17 @@ def _check_ends(file: BinaryIO, path: Path) -> None:
         raise UserError(f"Expected a recording (MCAP), but {path} is another kind of file")
     size = file.seek(0, 2)
     file.seek(max(0, size - len(MAGIC)))
-    if size < 2 * len(MAGIC) + _FOOTER_BYTES or file.read() != MAGIC or path.suffix == PARTIAL:
+    if size < 2 * len(MAGIC) + FOOTER_BYTES or file.read() != MAGIC or path.suffix == PARTIAL:
         raise UserError(
             f"Expected a finished recording, but {path} breaks off before its end; run: station repair {path}"
         )
-
-
-def _check_summary(file: BinaryIO) -> None:
-    """The library does not check the summary's CRC, so a flipped bit in it could send the reader anywhere."""
-    end = file.seek(0, 2) - len(MAGIC)
-    file.seek(end - _FOOTER_BYTES)
-    footer = file.read(_FOOTER_BYTES)
-    start, _, crc = struct.unpack_from("<QQI", footer, 9)
-    if not start or not crc:
-        return
-    file.seek(start)
-    if start > end or zlib.crc32(file.read(end - start - 4)) != crc:
-        raise DamageError("the checksum (CRC) of its index is wrong")
-
-
-def _read(file: BinaryIO, length: int) -> bytes:
-    """Reads so many bytes, as far as the file goes: an index may claim any length, and memory would be taken first."""
-    here = file.tell()
-    end = file.seek(0, 2)
-    file.seek(here)
-    return file.read(min(length, max(0, end - here)))
 
 
 def _damaged(path: Path, what: str) -> UserError:
     return UserError(f"{path} is damaged: {what}; station repair {path} saves what can still be read")
 
 
-def _class_of(topic: str, schema: str) -> type[Message] | None:
+def class_of(topic: str, schema: str) -> type[Message] | None:
     """The class of a topic's messages; None if the schema is unknown, not that of this topic, or for viewers alone."""
     if topic in FOR_VIEWERS:
         return None
@@ -201,12 +179,14 @@ class RecordingReader:
         self.seams: tuple[str, ...] = ()
         """Sentences on what does not fit together where parts meet."""
         self._malformed: dict[str, set[int]] = {}
+        self.first_place = 0
+        """How much the parts before this one hold: a message's place in the whole recording is its own and this."""
         counts = summary.statistics.channel_message_counts
         self._infos: dict[int, TopicInfo] = {}
         for number, channel in summary.channels.items():
             schema = summary.schemas[channel.schema_id].name if channel.schema_id in summary.schemas else ""
             name = channel.topic.removeprefix("/")
-            self._infos[number] = TopicInfo(name, schema, _class_of(name, schema), counts.get(number, 0))
+            self._infos[number] = TopicInfo(name, schema, class_of(name, schema), counts.get(number, 0))
         self.start_ns: int = summary.statistics.message_start_time
         """The first log time."""
         self.end_ns: int = summary.statistics.message_end_time
@@ -226,6 +206,11 @@ class RecordingReader:
     def metadata_names(self) -> frozenset[str]:
         """The names of the metadata records, without reading them."""
         return frozenset(index.name for index in self.summary.metadata_indexes)
+
+    @property
+    def unpacked_bytes(self) -> int:
+        """The size of all its messages when they are unpacked, as the index says."""
+        return sum(index.uncompressed_size for index in self.summary.chunk_indexes)
 
     @property
     def compressions(self) -> tuple[str, ...]:
@@ -257,23 +242,19 @@ class RecordingReader:
         for raw in self._raw(wanted, from_ns, to_ns):
             info = wanted[raw.channel_id]
             assert info.message is not None
-            if max(raw.log_ns, raw.publish_ns) > LATEST_NS:
-                self.leave_out(info.name, [raw.log_ns])
-                continue
-            try:
-                message = wire.decode(info.message, raw.payload)
-            except UserError:
-                self.leave_out(info.name, [raw.log_ns])
+            message = message_of(info.message, raw)
+            if message is None:
+                self.leave_out(info.name, [raw.place])
                 continue
             yield Recorded(
                 info.name, payload=raw.payload, message=message, publish_ns=raw.publish_ns, log_ns=raw.log_ns
             )
 
-    def leave_out(self, topic: str, log_ns: Iterable[int]) -> None:
-        """Takes note, by log times, of payloads that are no message of their topic; the first of each is told."""
+    def leave_out(self, topic: str, places: Iterable[int]) -> None:
+        """Takes note, by their places, of payloads that are no message of their topic; the first of each is told."""
         known = self._malformed.setdefault(topic, set())
         before = len(known)
-        known.update(log_ns)
+        known.update(self.first_place + place for place in places)
         if known and not before:
             _LOG.warning("%s: /%s holds payloads that are no messages of it; they are left out", self.path, topic)
 
@@ -281,6 +262,17 @@ class RecordingReader:
     def malformed(self) -> dict[str, int]:
         """Payloads by topic that are no message of it, as far as the file was read: they are left out."""
         return {topic: len(found) for topic, found in self._malformed.items() if found}
+
+    def count_as_part_of(self, whole: RecordingReader, first_place: int) -> None:
+        """Takes note of what is left out in the recording of which this is a part, behind what parts before it hold."""
+        self._malformed, self.first_place = whole._malformed, first_place
+
+    @cached_property
+    def _first_places(self) -> dict[int, int]:
+        """How much the chunks before a chunk hold, by the place of the chunk in the file."""
+        indexes = sorted(self.summary.chunk_indexes, key=lambda index: index.chunk_start_offset)
+        sizes = accumulate((index.uncompressed_size for index in indexes), initial=0)
+        return {index.chunk_start_offset: before for index, before in zip(indexes, sizes, strict=False)}
 
     def _wanted(self, topics: Collection[str] | None, *, truth: bool) -> dict[int, TopicInfo]:
         names = None if topics is None else {topic.removeprefix("/") for topic in topics}
@@ -310,13 +302,19 @@ class RecordingReader:
             together, size = list[tuple[ChunkIndex, Unpacked]](), 0
             chunks = self._chunks(wanted, low, high)
             for number, index in enumerate(chunks, start=1):
-                together.append((index, Unpacked(self._records(file, index), _read(file, index.message_index_length))))
+                together.append((index, self._unpacked(file, index)))
                 size += len(together[-1][1].records)
                 if size >= _TOGETHER_BYTES or number == len(chunks):
                     for batch in self._batched(together, wanted):
-                        known = (batch.log_ns >= low) & (batch.log_ns < high) & (batch.publish_ns >= 0)
-                        yield wanted, batch.select(known)
+                        yield wanted, self._timely(batch, wanted, low, high)
                     together, size = [], 0
+
+    def _timely(self, batch: Batch, wanted: dict[int, TopicInfo], low: int, high: int) -> Batch:
+        """The messages of these times; those with stamps that no message has are left out."""
+        stamped = (batch.log_ns >= 0) & (batch.publish_ns >= 0)
+        for number in np.unique(batch.channel[~stamped]).tolist():
+            self.leave_out(wanted[number].name, batch.place[~stamped & (batch.channel == number)].tolist())
+        return batch.select(stamped & (batch.log_ns >= low) & (batch.log_ns < high))
 
     def _batched(self, together: list[tuple[ChunkIndex, Unpacked]], wanted: dict[int, TopicInfo]) -> Iterator[Batch]:
         at_once = batch_of([chunk for _, chunk in together], wanted=wanted)
@@ -325,8 +323,8 @@ class RecordingReader:
             return
         for index, chunk in together:
             try:
-                yield batch_by_walking(chunk.records, wanted=wanted)
-            except _BROKEN as error:
+                yield batch_by_walking(chunk, wanted=wanted)
+            except BROKEN as error:
                 raise self._damage_at(index, error) from error
 
     def _span(self, from_ns: int | None, to_ns: int | None) -> tuple[int, int]:
@@ -362,17 +360,23 @@ class RecordingReader:
     def _chunk(self, file: BinaryIO, index: ChunkIndex, wanted: Collection[int]) -> list[RawMessage]:
         records = self._records(file, index)
         try:
-            return messages(records, wanted=wanted)
-        except _BROKEN as error:
+            return messages(records, wanted=wanted, first_place=self._first_places[index.chunk_start_offset])
+        except BROKEN as error:
             raise self._damage_at(index, error) from error
 
-    def _records(self, file: BinaryIO, index: ChunkIndex) -> bytes:
-        """The records of a chunk; the file is then where its message indexes begin."""
+    def _unpacked(self, file: BinaryIO, index: ChunkIndex) -> Unpacked:
+        records, behind = self._records(file, index), index.chunk_start_offset + index.chunk_length
         try:
-            file.seek(index.chunk_start_offset)
-            content = io.BytesIO(_read(file, index.chunk_length)[9:])
+            indexes = read_at(file, behind, index.message_index_length)
+        except BROKEN as error:
+            raise self._damage_at(index, error) from error
+        return Unpacked(records, indexes, self._first_places[index.chunk_start_offset])
+
+    def _records(self, file: BinaryIO, index: ChunkIndex) -> bytes:
+        try:
+            content = io.BytesIO(read_at(file, index.chunk_start_offset, index.chunk_length)[9:])
             return unpack(Chunk.read(ReadDataStream(content)))
-        except _BROKEN as error:
+        except BROKEN as error:
             raise self._damage_at(index, error) from error
 
     def _damage_at(self, index: ChunkIndex, error: BaseException) -> UserError:
@@ -381,28 +385,23 @@ class RecordingReader:
     @cached_property
     def metadata(self) -> dict[str, dict[str, str]]:
         """The metadata records by name, without their checksums; of several with one name the last."""
-        return {
-            name: {key: value for key, value in record.items() if key != CHECKSUM}
-            for name, record in self._metadata.items()
-        }
+        return self._described.records
 
     @cached_property
     def changed_metadata(self) -> tuple[str, ...]:
         """The metadata records that are not as they were written."""
-        return tuple(name for name, record in self._metadata.items() if not is_intact(record))
+        return self._described.changed
 
     @cached_property
-    def _metadata(self) -> dict[str, dict[str, str]]:
+    def _described(self) -> Described:
         with self.path.open("rb") as file:
-            found: dict[str, dict[str, str]] = {}
-            for index in self.summary.metadata_indexes:
-                try:
-                    file.seek(index.offset + 9)
-                    record = Metadata.read(ReadDataStream(file))
-                except _BROKEN as error:
-                    raise _damaged(self.path, f"metadata '{index.name}' ({error})") from error
-                found[record.name] = record.metadata
-            return found
+            return described([self._record_at(file, index) for index in self.summary.metadata_indexes])
+
+    def _record_at(self, file: BinaryIO, index: MetadataIndex) -> Found:
+        try:
+            return record_at(file, index)
+        except BROKEN as error:
+            raise _damaged(self.path, f"metadata '{index.name}' ({error})") from error
 
     @cached_property
     def attachments(self) -> dict[str, bytes]:
@@ -410,10 +409,9 @@ class RecordingReader:
         with self.path.open("rb") as file:
             found: dict[str, bytes] = {}
             for index in self.summary.attachment_indexes:
-                file.seek(index.offset)
                 try:
-                    record = attachment_of(_read(file, index.length)[9:])
-                except _BROKEN as error:
+                    record = attachment_of(read_at(file, index.offset, index.length)[9:])
+                except BROKEN as error:
                     raise _damaged(self.path, f"attachment '{index.name}' ({error})") from error
                 found[record.name] = record.data
             return found
@@ -422,6 +420,8 @@ class RecordingReader:
         """The session's samples in the order in which they were taken."""
         found = list[tuple[int, int, Sample]]()
         for channels, batch in self.batches({"session/sample"}):
+            if len(found) + len(batch.log_ns) > MOST_SAMPLES:
+                raise _damaged(self.path, f"expected at most {MOST_SAMPLES} samples, it holds more")
             numbers = [number for number, info in channels.items() if info.message is Sample]
             found += self.decoded("session/sample", batch.select(np.isin(batch.channel, numbers)), Sample)
         return tuple(sample for *_, sample in sorted(found, key=itemgetter(0)))
@@ -435,8 +435,18 @@ class RecordingReader:
             try:
                 found.append((log_ns, publish_ns, wire.decode(cls, batch.payloads.bytes(number))))
             except UserError:
-                self.leave_out(topic, [log_ns])
+                self.leave_out(topic, [int(batch.place[number])])
         return found
+
+
+def message_of(cls: type[M], raw: RawMessage) -> M | None:
+    """The message as it stands in the file; None if it is none of this class, or has a time that no message has."""
+    if max(raw.log_ns, raw.publish_ns) > LATEST_NS:
+        return None
+    try:
+        return wire.decode(cls, raw.payload)
+    except UserError:
+        return None
 
 
 def attachment_of(content: bytes) -> Attachment:

@@ -11,7 +11,9 @@ from mcap.records import Attachment, Channel
 
 from shared.errors import UserError
 from station.recording.disk import ReservedFile, being_written, reserve_path
+from station.recording.malformed import counted
 from station.recording.mcap_file import McapFile
+from station.recording.provenance import sealed
 from station.recording.salvage import Block, Findings, Salvage
 from station.recording.writer import PARTIAL
 
@@ -35,7 +37,10 @@ class Repaired:
             lost.append(f"{found.bad_records} damaged records")
         if found.unknown_messages:
             lost.append(f"{found.unknown_messages} messages whose topic was defined in a damaged record")
-        return f"{self.path}: {found.messages} messages saved; lost: {', '.join(lost) or 'nothing'}"
+        said = f"{self.path}: {found.messages} messages saved; lost: {', '.join(lost) or 'nothing'}"
+        if not found.malformed:
+            return said
+        return f"{said}; saved as they are, but left out by every reader: {counted(found.malformed)}"
 
 
 def repaired_path(path: Path) -> Path:
@@ -87,9 +92,9 @@ def _rewrite(salvage: Salvage, target: Path, *, keep: Callable[[Channel], bool],
     file = ReservedFile(unfinished)
     try:
         output = McapFile(file, library="repose")
-        _copy(salvage, output, keep)
+        _copy(salvage, output, keep, counting=bool(note))
         if note:
-            output.add_metadata("repair", _note(note, salvage.findings))
+            output.add_metadata("repair", sealed(_note(note, salvage.findings)))
         output.finish()
         file.sync()
     except BaseException:
@@ -100,11 +105,13 @@ def _rewrite(salvage: Salvage, target: Path, *, keep: Callable[[Channel], bool],
     os.replace(unfinished, target)
 
 
-def _copy(salvage: Salvage, output: McapFile, keep: Callable[[Channel], bool]) -> None:
+def _copy(salvage: Salvage, output: McapFile, keep: Callable[[Channel], bool], *, counting: bool) -> None:
     channels = _Channels(salvage, output, keep)
     for item in salvage.read():
         if isinstance(item, Block):
             for raw in item.messages:
+                if counting:
+                    salvage.count_malformed(raw)
                 if number := channels.number(raw.channel_id):
                     output.add_message(
                         number,
@@ -151,5 +158,6 @@ def _note(name: str, findings: Findings) -> dict[str, str]:
         "messages": str(findings.messages),
         "bad_records": str(findings.bad_records),
         "unknown_messages": str(findings.unknown_messages),
+        "malformed": str(sum(findings.malformed.values())),
         "lost_bytes": str(findings.lost_bytes),
     }

@@ -10,18 +10,17 @@ from pathlib import Path
 from typing import BinaryIO
 
 from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.reader import SeekingReader
 from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
 
 from shared.errors import UserError
-from station.recording.chunks import MAX_CHUNK_BYTES, DamageError, RawMessage, definitions, messages, unpack
+from station.recording.bounded import BROKEN
+from station.recording.chunks import MAX_CHUNK_BYTES, RawMessage, definitions, messages, unpack
+from station.recording.index import read_index
 from station.recording.mcap_file import MAGIC
-from station.recording.reader import attachment_of
+from station.recording.reader import attachment_of, class_of, message_of
 
 _HEADER = struct.Struct("<BQ")
-_BROKEN = (McapError, DamageError, struct.error, ValueError, KeyError, IndexError, EOFError, MemoryError)
 
 
 @dataclass(slots=True)
@@ -32,6 +31,8 @@ class Findings:
     bad_records: int = 0
     unknown_messages: int = 0
     """Messages whose topic was defined in a part that cannot be read."""
+    malformed: dict[str, int] = field(default_factory=dict[str, int])
+    """Payloads by topic that are no message of it; they are saved as they are."""
     lost_bytes: int = 0
     """The bytes after the last whole record."""
 
@@ -70,9 +71,8 @@ class Salvage:
     def _learn_from_summary(self, file: BinaryIO) -> None:
         """A finished file names its topics once more at its end: good to know if the chunk that did is damaged."""
         try:
-            file.seek(0)
-            summary = SeekingReader(file, record_size_limit=MAX_CHUNK_BYTES).get_summary()
-        except (*_BROKEN, OSError):  # OSError: shorter than a footer, so that seeking back fails
+            summary = read_index(file)
+        except (*BROKEN, OSError):  # OSError: shorter than a footer, so that seeking back fails
             return
         if summary is not None:
             self._learn([*summary.schemas.values()], [*summary.channels.values()])
@@ -91,7 +91,7 @@ class Salvage:
             position += _HEADER.size + length
             try:
                 item = self._item(opcode, content)
-            except _BROKEN:
+            except BROKEN:
                 self.findings.bad_records += 1
                 continue
             if item is not None:
@@ -122,6 +122,14 @@ class Salvage:
         self.findings.messages += len(known)
         self.findings.unknown_messages += len(found) - len(known)
         return Block(known) if known else None
+
+    def count_malformed(self, raw: RawMessage) -> None:
+        """Counts a known message if it is none of its topic."""
+        channel = self.channels[raw.channel_id]
+        topic, schema = channel.topic.removeprefix("/"), self.schemas.get(channel.schema_id)
+        cls = class_of(topic, schema.name if schema else "")
+        if cls is not None and message_of(cls, raw) is None:
+            self.findings.malformed[topic] = self.findings.malformed.get(topic, 0) + 1
 
     def _is_known(self, channel_id: int) -> bool:
         """True for a channel that is there with its schema, if it has one: without it nobody can read its messages."""

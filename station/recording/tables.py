@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, cast, get_type_hints
 
 from shared.errors import UserError
 from shared.messages import Floats, Sample, Strings
+from station.recording.parquet import read_parquet
 from station.recording.reader import open_recording
 
 if TYPE_CHECKING:
@@ -112,10 +113,9 @@ def _plain(value: Any) -> Any:
 
 def _read_parquet(path: Path, one_of: Collection[str]) -> tuple[Sample, ...]:
     import pyarrow as pa  # noqa: PLC0415 - slow to load, and most tables are read from a recording
-    import pyarrow.parquet as pq  # noqa: PLC0415
 
     try:
-        table = pq.read_table(path)
+        table = read_parquet(path)
         _require(table.column_names, path, one_of)
         known = [name for name in _HINTS if name in table.column_names]
         rows = cast(list[dict[str, Any]], table.select(known).to_pylist())

@@ -7,6 +7,7 @@ import math
 import re
 import struct
 from collections.abc import Callable
+from copy import deepcopy
 from random import Random
 from typing import Any, cast
 
@@ -126,12 +127,12 @@ def of_table(random: Random, table: Any) -> Any:
     """A copy of nested tables and lists with a few values replaced, left out, renamed or wrapped."""
     table = json.loads(json.dumps(table))
     for _ in range(_few(random)):
-        holder, key = random.choice([*_places(table)] or [({}, "")])
+        holder, key = random.choice([*places(table)] or [({}, "")])
         what = random.random()
         if what < 0.5:
             holder[key] = of_value(random, holder.get(key) if isinstance(holder, dict) else holder[key])
         elif what < 0.7:
-            holder[key] = random.choice(ANY)
+            holder[key] = deepcopy(random.choice(ANY))  # what is in it is changed later on, and `ANY` must not be
         elif what < 0.8:
             holder[key] = [holder.get(key) if isinstance(holder, dict) else holder[key]]
         elif isinstance(holder, dict):
@@ -141,12 +142,15 @@ def of_table(random: Random, table: Any) -> Any:
     return table
 
 
-def _places(value: Any) -> list[tuple[Any, Any]]:
-    keys = [*cast(dict[Any, Any], value)] if isinstance(value, dict) else [*range(len(value))]
-    found: list[tuple[Any, Any]] = [(value, key) for key in keys]
-    for key in keys:
-        if isinstance(value[key], dict | list):
-            found += _places(value[key])
+def places(value: Any) -> list[tuple[Any, Any]]:
+    """Where a value can stand in nested tables and lists, however deep they are, the outer places first."""
+    found, holders, known = list[tuple[Any, Any]](), [value], {id(value)}
+    for holder in holders:
+        keys = [*cast(dict[Any, Any], holder)] if isinstance(holder, dict) else [*range(len(holder))]
+        found += [(holder, key) for key in keys]
+        inner = {id(holder[key]): holder[key] for key in keys if isinstance(holder[key], dict | list)}
+        holders += [each for name, each in inner.items() if name not in known]
+        known.update(inner)
     return found
 
 

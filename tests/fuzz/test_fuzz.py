@@ -6,12 +6,13 @@ import subprocess
 import sys
 from pathlib import Path
 from random import Random
+from typing import Any
 
 import numpy as np
 import pytest
 
 from tests.fuzz.__main__ import main
-from tests.fuzz.change import of_bytes, of_table, of_text
+from tests.fuzz.change import ANY, of_bytes, of_table, of_text, places
 from tests.fuzz.target import Unclear, all_targets, command, refuse_control, refuse_unclear
 from tests.fuzz.trial import LIMIT_BYTES, peak_bytes
 
@@ -35,6 +36,20 @@ def test_the_same_number_is_the_same_input() -> None:
     assert of_bytes(Random(1), b"abc" * 9) != of_bytes(Random(2), b"abc" * 9)
     assert of_text(Random(1), b"a = 1\n") != of_text(Random(3), b"a = 1\n")
     assert of_table(Random(1), {"a": [1, 2]}) != {"a": [1, 2]}
+
+
+def test_a_table_is_changed_however_often_and_deep_and_the_values_to_choose_from_never() -> None:
+    """A list in itself, or one within many, was walked until Python gave up."""
+    before = repr(ANY)
+    deep: list[Any] = []
+    for _ in range(50_000):
+        deep = [deep]
+    assert len(places([deep])) == 50_001
+    deep.append(deep)
+    assert len(places(deep)) == 50_001
+    for number in range(300):
+        of_table(Random(number), {"a": [[], {}], "b": {"c": [1]}})
+    assert repr(ANY) == before
 
 
 @pytest.mark.parametrize("text", ["", "Traceback (most recent call last)", "a" * 3000])

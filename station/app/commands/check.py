@@ -17,6 +17,7 @@ from shared.rig import RigConfig, load_rig
 from shared.visible import visible
 from station.app import assembly
 from station.app.attached import attached_rig, attached_table
+from station.recording.malformed import left_out
 from station.recording.reader import RecordingReader, open_recording
 from station.sampling.machine import INPUTS, SamplingMachine
 from station.sampling.plan import Plan
@@ -40,6 +41,8 @@ def run(options: argparse.Namespace) -> int:
     stream = ((item.topic, item.message, item.log_ns) for item in reader.messages({*INPUTS, *DECISIONS}))
     own = None if options.rig is None else load_rig(options.rig)
     verdict = replay(machine_of(reader, rig=own), stream)
+    if told := left_out(reader.malformed):
+        print(visible(told))
     if verdict.difference is not None:
         print(visible(f"{verdict.decisions} decisions are the same, then: {verdict.difference}"))
         return 1

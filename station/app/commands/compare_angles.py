@@ -18,7 +18,7 @@ from pathlib import Path
 
 from shared.bus import Bus
 from shared.clock import Clock, SimulatedClock, SystemClock
-from shared.config import Table, parse
+from shared.config import json_table, parse
 from shared.errors import UserError
 from shared.memory_bus import MemoryBus
 from shared.rig import RigConfig
@@ -283,7 +283,7 @@ def _needed(recording: RecordingReader) -> list[str]:
 def _readings(recording: RecordingReader, asked: int) -> int:
     """The number of readings at a stop: the recording's own, or what was asked for where it does not say."""
     text = recording.metadata.get("session", {}).get("comparison", "")
-    return parse(ComparisonPlan, Table(json.loads(text))).readings if text else asked
+    return parse(ComparisonPlan, json_table(text, "comparison of the recorded session")).readings if text else asked
 
 
 def _write(path: Path, text: str) -> None:

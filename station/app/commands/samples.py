@@ -15,6 +15,7 @@ from rich.console import Console
 
 from shared.errors import UserError
 from shared.messages import Sample
+from shared.visible import visible
 from station.app.foam import free_of_foam_m
 from station.app.many.dataset import sampling
 from station.app.many.named import Chosen
@@ -22,6 +23,7 @@ from station.app.many.options import add_files, add_out, add_spreading, chosen_b
 from station.app.many.remote import local
 from station.app.many.shown import exit_status
 from station.app.sample_tables import ENDS, directions_table, samples_table
+from station.recording.malformed import left_out
 from station.recording.reader import digest, open_recording
 from station.recording.tables import read_samples, write_samples
 
@@ -53,13 +55,23 @@ def run(args: argparse.Namespace) -> int:
     if args.digest:
         print(digest(open_recording(file)))
         return 0
-    samples = read_samples(file)
+    samples, told = _read(file)
     show(samples, terminal, source=found.names[0], ends=len(samples) if args.all else ENDS)
+    if told:
+        terminal.print(visible(told), markup=False)
     for path in (args.csv, args.parquet):
         if path is not None:
             write_samples(samples, path, more=free_of_foam_m(samples, file))
             terminal.print(f"{len(samples)} samples written to {path}", markup=False)
     return 0
+
+
+def _read(file: Path) -> tuple[tuple[Sample, ...], str]:
+    """The samples in a file, and a sentence on what is in their place in a recording and is none."""
+    if file.suffix != ".mcap":
+        return read_samples(file), ""
+    reader = open_recording(file)
+    return reader.samples(), left_out(reader.malformed)
 
 
 def _many(found: Chosen, args: argparse.Namespace) -> int:

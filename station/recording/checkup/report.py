@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from typing import Any
 
+from shared.config import table_of
+from shared.errors import UserError
 from station.recording.checkup.arm import ArmHealth, ArmWatch
 from station.recording.checkup.session import SessionHealth, SessionWatch
 from station.recording.checkup.streams import StreamHealth, StreamWatch
@@ -14,6 +15,8 @@ from station.recording.reader import RecordingReader
 
 _DIGITS = 19
 """The digits of nanoseconds since the epoch, until the year 2262."""
+_FASTEST_HZ = 1e6
+"""No camera is as fast: the number is none, or too large for one."""
 _ARM_TOPICS = frozenset({"arm/command", "arm/motion", "arm/platform"})
 _SESSION_TOPICS = frozenset({"session/event", "session/sample", "clock", "camera/status", "arm/lease", "log"})
 
@@ -98,8 +101,8 @@ def _whole(text: str) -> int | None:
 def _camera_rate_hz(reader: RecordingReader) -> float | None:
     """The frame rate that the recording's own rig file asks for; None when it does not say."""
     try:
-        rig: dict[str, Any] = tomllib.loads(reader.attachments.get("rig.toml", b"").decode())
-        rate = rig["camera"]["rate_hz"]
-    except (KeyError, TypeError, ValueError):  # a TOML or a Unicode error is a ValueError
+        rig = table_of(reader.attachments.get("rig.toml", b""), "rig.toml")
+        rate: Any = rig.child("camera").values.get("rate_hz")
+    except UserError:
         return None
-    return float(rate) if isinstance(rate, int | float) and rate > 0 else None
+    return float(rate) if isinstance(rate, int | float) and 0 < rate < _FASTEST_HZ else None

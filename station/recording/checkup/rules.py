@@ -10,6 +10,7 @@ from station.recording.checkup.held import BY_CHANCE
 from station.recording.checkup.rate import RATE_SHARE
 from station.recording.checkup.report import Report
 from station.recording.checkup.streams import LATE_NS
+from station.recording.malformed import counted
 
 LATENCY_P99_MS = 15.0
 """Capture to record at 90 Hz on two cores."""
@@ -95,7 +96,7 @@ def _losses(report: Report) -> Iterator[Finding]:
             topics = [name.removeprefix(f"{what} ") for name in report.recorder if name.startswith(f"{what} ")]
             yield Finding(what, f"expected every message to be recorded, {count} were {what} ({', '.join(topics)})")
     if report.malformed:
-        found = ", ".join(f"{count} on /{topic}" for topic, count in sorted(report.malformed.items()))
+        found = counted(report.malformed)
         yield Finding(
             "malformed", f"expected every payload to be a message of its topic, {found} are not and are left out"
         )
@@ -119,7 +120,9 @@ def _provenance(report: Report) -> Iterator[Finding]:
                 "provenance", f"expected the metadata '{name}', found none: where does the recording come from?"
             )
     for name in report.changed_metadata:
-        yield Finding("provenance", f"expected the metadata '{name}' as it was written, but its checksum is another's")
+        yield Finding(
+            "provenance", f"expected the metadata '{name}' as it was written, but its name or its checksum is another's"
+        )
     if report.mode != "import" and "rig.toml" not in report.attachments:
         yield Finding("provenance", "expected the rig file as attachment rig.toml, found none")
 

@@ -5,10 +5,9 @@ A recording holds the links only while they move, because a viewer keeps the las
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator
 
-from shared.config import Table
+from shared.config import table_of
 from shared.errors import UserError
 from shared.foxglove import FrameTransform, FrameTransforms, Quaternion, Timestamp, Vector3
 from shared.messages import JointState
@@ -51,7 +50,7 @@ class Robot:
 
 def _arm_of(rig_toml: str) -> PlacedArm | None:
     try:
-        return placed_arm(rig_of_table(Table(tomllib.loads(rig_toml)))) if rig_toml else None
+        return placed_arm(rig_of_table(table_of(rig_toml, "rig.toml"))) if rig_toml else None
     except (UserError, ValueError):  # a bag is written whatever the rig file says
         return None
 

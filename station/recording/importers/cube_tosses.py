@@ -26,6 +26,7 @@ from shared.errors import UserError
 from shared.geometry import Array, euler_of
 from shared.messages import BlockPose, Message, PlatformState, RunEvent, Sample
 from station.recording.importers import Imported, Item, Traced
+from station.recording.parquet import read_parquet
 from station.recording.provenance import Attachment, Provenance
 from station.signals.flags import NO_TILT
 
@@ -43,6 +44,8 @@ _COLUMNS = ("toss", "frame", *_POSE)
 _REST_M = 1e-3
 MOST_FRAMES = 148 * 3600
 """A toss lasts seconds; a larger number of a frame is none, and would make hours of messages."""
+MOST_S = 3600.0
+"""The 570 tosses of the source take ten minutes; the board's attitude is told a hundred times a second meanwhile."""
 MOST_M = 1000.0
 """No board is larger: a unit is wrong, or the number is none."""
 
@@ -62,21 +65,20 @@ def read(source: Path, *, onset: Traced | None = None) -> Imported:  # noqa: ARG
 
 def _table(source: Path) -> dict[str, Array]:
     import pyarrow as pa  # noqa: PLC0415 - an extra, which the other importers do without
-    import pyarrow.parquet as pq  # noqa: PLC0415
 
     try:
-        table = pq.read_table(source)
+        table = read_parquet(source)
+        missing = [name for name in _COLUMNS if name not in table.column_names]
     except OSError as error:
         why = error if source.is_file() else "there is no such file"
         raise UserError(f"Expected the table of tosses at {source}, but it cannot be read: {why}") from error
-    except pa.ArrowInvalid as error:
+    except (pa.ArrowException, ValueError, KeyError) as error:
         raise UserError(f"Expected a Parquet table of tosses, but {source} is none ({error})") from error
-    missing = [name for name in _COLUMNS if name not in table.column_names]
     if missing:
         raise UserError(f"Expected the columns {', '.join(_COLUMNS)} in {source}, missing are {', '.join(missing)}")
     try:
         return {name: table[name].to_numpy().astype(float) for name in _COLUMNS}
-    except ValueError as error:
+    except (pa.ArrowException, ValueError, TypeError) as error:
         raise UserError(f"Expected numbers in the columns of {source}: {error}") from error
 
 
@@ -96,6 +98,16 @@ def _split(table: dict[str, Array], source: Path) -> list[Toss]:
     places = np.abs(np.stack([table["x_m"], table["y_m"]]))
     if not np.any(np.isfinite(places)) or np.any(places > MOST_M):
         raise UserError(f"Expected places on a board of at most {MOST_M:g} m in {source}, got none, or larger ones")
+    tosses = _sorted(table)
+    duration_s = sum(float(frame[-1] - frame[0]) for _, frame, _ in tosses) / RATE_HZ + len(tosses) * PAUSE_NS * 1e-9
+    if duration_s > MOST_S:
+        raise UserError(
+            f"Expected tosses of at most {MOST_S:g} s together in {source}, got {duration_s:.0f} s; split it"
+        )
+    return tosses
+
+
+def _sorted(table: dict[str, Array]) -> list[Toss]:
     order = np.lexsort((table["frame"], table["toss"]))
     number, frame = table["toss"][order], table["frame"][order]
     poses = np.column_stack([table[name] for name in _POSE])[order]

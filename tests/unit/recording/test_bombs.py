@@ -14,7 +14,8 @@ from mcap.records import Chunk
 
 from shared import wire
 from shared.errors import UserError
-from shared.messages import Heartbeat
+from shared.foxglove import Log
+from shared.messages import Heartbeat, Message, Sample
 from station.recording import chunks, mcap_file, reader
 from station.recording.chunks import DamageError, messages, unpack
 from station.recording.mcap_file import McapFile
@@ -102,6 +103,37 @@ def test_chunks_that_all_overlap_in_time_are_held_only_as_far_as_memory_allows(
     monkeypatch.setattr(reader, "MAX_HELD_BYTES", 2_000)
     with pytest.raises(UserError, match="overlap in time"):
         list(recording.messages())
+
+
+def _packed(path: Path, *, topic: str, cls: type[Message], payload: bytes, count: int) -> Path:
+    """A file of so many equal messages."""
+    with path.open("wb") as stream:
+        file = McapFile(stream, library="test")
+        schema = file.register_schema(wire.schema_name(cls), wire.schema(cls))
+        channel = file.register_channel(f"/{topic}", schema_id=schema)
+        for _ in range(count):
+            file.add_message(channel, log_ns=1, publish_ns=1, sequence=0, payload=payload)
+        file.finish()
+    return path
+
+
+def test_a_small_file_that_would_be_a_large_one_is_refused_when_it_is_opened(tmp_path: Path) -> None:
+    payload = wire.encode(Log(message="x" * 2**16))
+    bomb = _packed(tmp_path / "a.mcap", topic="log", cls=Log, payload=payload, count=300)
+    assert bomb.stat().st_size < 150_000
+    with pytest.raises(UserError, match="claims 20 MB"):
+        open_recording(bomb)
+    fine = _packed(tmp_path / "b.mcap", topic="log", cls=Log, payload=payload, count=200)
+    assert len(list(open_recording(fine).messages())) == 200
+
+
+def test_more_samples_than_any_session_takes_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = _packed(tmp_path / "a.mcap", topic="session/sample", cls=Sample, payload=wire.encode(Sample(run=1)), count=9)
+    monkeypatch.setattr(reader, "MOST_SAMPLES", 9)
+    assert len(open_recording(path).samples()) == 9
+    monkeypatch.setattr(reader, "MOST_SAMPLES", 8)
+    with pytest.raises(UserError, match="at most 8 samples"):
+        open_recording(path).samples()
 
 
 def test_the_limits_are_not_reached_by_our_own_recordings() -> None:

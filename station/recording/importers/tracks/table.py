@@ -13,6 +13,7 @@ import numpy as np
 from shared.errors import UserError
 from shared.geometry import Array
 from station.recording.importers.tracks.units import NAME, QUANTITIES, Column, columns_of
+from station.recording.parquet import read_parquet
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -90,10 +91,9 @@ def _of_csv(path: Path) -> dict[str, Sequence[Any]]:
 
 def _of_parquet(path: Path) -> dict[str, Sequence[Any]]:
     import pyarrow as pa  # noqa: PLC0415 - slow to load, and most tables are CSV
-    import pyarrow.parquet as pq  # noqa: PLC0415
 
     try:
-        table = pq.read_table(path)
+        table = read_parquet(path)
         return {name: table.column(name).to_pylist() for name in table.column_names}
     except (pa.ArrowException, ValueError, KeyError) as error:
         raise UserError(f"Expected a Parquet table of tracks, but {path} is none ({error})") from error

@@ -1,0 +1,65 @@
+"""Reads Parquet tables, after their own account of what they hold: a file of some kB may unpack to gigabytes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from shared.errors import UserError
+
+MOST_ROWS = 1_000_000
+"""Three hours of frames at 90 Hz, or fifty times the longest session; as samples they take 0.6 GB."""
+MOST_CELLS = 10_000_000
+"""The rows of all columns together, and of lists their items: as Python's numbers some 65 bytes each."""
+MOST_BYTES = 256 * 1024 * 1024
+"""The size of all that is unpacked, and of all texts where each is written out: one text may stand for a million."""
+
+
+def read_parquet(path: Path) -> Any:
+    """The table (of `pyarrow`) in a file.
+
+    Raises:
+        UserError: if it holds more than fits into memory.
+        OSError, pyarrow.ArrowException: if it cannot be read, or is no Parquet table.
+    """
+    import pyarrow.parquet as pq  # noqa: PLC0415  # slow to load, and most tables are CSV
+
+    with pq.ParquetFile(path) as file:
+        _require_within(path, file.metadata)
+        texts = [leaf.path for leaf in map(file.schema.column, range(len(file.schema))) if _is_text(leaf)]
+    with pq.ParquetFile(path, read_dictionary=texts) as file:
+        packed = file.read()
+    written_out = sum(_text_bytes(chunk) for column in packed.columns for chunk in column.chunks)
+    _refuse(path, "MB of text", written_out / 1e6, MOST_BYTES / 1e6)
+    with pq.ParquetFile(path) as file:
+        return file.read()
+
+
+def _require_within(path: Path, metadata: Any) -> None:
+    groups = [metadata.row_group(number) for number in range(metadata.num_row_groups)]
+    cells = sum(group.column(number).num_values for group in groups for number in range(group.num_columns))
+    _refuse(path, "rows", metadata.num_rows, MOST_ROWS)
+    _refuse(path, "cells", max(cells, metadata.num_rows * metadata.num_columns), MOST_CELLS)
+    _refuse(path, "MB", sum(group.total_byte_size for group in groups) / 1e6, MOST_BYTES / 1e6)
+
+
+def _refuse(path: Path, what: str, found: float, most: float) -> None:
+    if found > most:
+        raise UserError(f"Expected at most {most:.0f} {what} in {path}, it holds {found:.0f}; split the table")
+
+
+def _is_text(leaf: Any) -> bool:
+    return leaf.physical_type == "BYTE_ARRAY"
+
+
+def _text_bytes(array: Any) -> int:
+    """The size of the texts in an array, or in its lists, if each is written out."""
+    import pyarrow as pa  # noqa: PLC0415  # as above
+    import pyarrow.compute as pc  # noqa: PLC0415
+
+    while pa.types.is_list(array.type) or pa.types.is_large_list(array.type):
+        array = array.flatten()
+    if not pa.types.is_dictionary(array.type):
+        return array.nbytes
+    lengths = pc.call_function("binary_length", [array.dictionary]).cast("int64")
+    return pc.call_function("sum", [lengths.take(array.indices)]).as_py() or 0

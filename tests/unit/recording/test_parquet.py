@@ -1,0 +1,73 @@
+"""A small Parquet file that would be a large table is refused in a sentence, by all that read one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from shared.errors import UserError
+from station.recording import measured, parquet
+from station.recording.importers import cube_tosses
+from station.recording.importers.tracks.table import read_table
+from station.recording.measured import read_measured
+from station.recording.parquet import read_parquet
+from station.recording.tables import read_samples
+
+READERS: tuple[Callable[[Path], object], ...] = (read_samples, read_measured, read_table, cube_tosses.read)
+
+
+def repeated(value: Any, rows: int) -> Any:
+    """A column of one value, which the file holds once."""
+    return pa.DictionaryArray.from_arrays(pa.array(np.zeros(rows, dtype=np.int8)), pa.array([value]))
+
+
+def written(path: Path, **columns: Any) -> Path:
+    pq.write_table(pa.table(columns), path, compression="zstd")
+    return path
+
+
+@pytest.mark.parametrize("read", READERS)
+def test_more_rows_than_fit_are_refused_before_they_are_read(tmp_path: Path, read: Callable[[Path], object]) -> None:
+    path = written(tmp_path / "a.parquet", onset_angle_rad=repeated(0.3, parquet.MOST_ROWS + 1))
+    assert path.stat().st_size < 20_000
+    with pytest.raises(UserError, match="at most 1000000 rows"):
+        read(path)
+
+
+def test_items_of_lists_count_as_cells(tmp_path: Path) -> None:
+    items = repeated(0.3, parquet.MOST_CELLS + 1).dictionary_decode()
+    column = pa.ListArray.from_arrays(pa.array([0, len(items)], pa.int32()), items)
+    with pytest.raises(UserError, match="at most 10000000 cells"):
+        read_parquet(written(tmp_path / "a.parquet", euler_rad=column))
+
+
+@pytest.mark.parametrize("listed", [False, True])
+def test_one_long_text_does_not_stand_in_every_row(tmp_path: Path, *, listed: bool) -> None:
+    texts = repeated("x" * 1_000_000, 300)
+    column = pa.ListArray.from_arrays(pa.array(np.arange(301, dtype=np.int32)), texts) if listed else texts
+    path = written(tmp_path / "a.parquet", onset_angle_rad=repeated(0.3, 300), flags=column)
+    assert path.stat().st_size < 20_000
+    with pytest.raises(UserError, match="at most 268 MB of text"):
+        read_samples(path)
+
+
+def test_texts_of_an_honest_table_are_read(tmp_path: Path) -> None:
+    flags = pa.array([["a", "b"], [], ["a"]])
+    path = written(tmp_path / "a.parquet", onset_angle_rad=[0.1, 0.2, 0.3], object=["x", None, "x"], flags=flags)
+    found = read_samples(path)
+    assert [sample.object for sample in found] == ["x", "", "x"]
+    assert [sample.flags for sample in found] == [("a", "b"), (), ("a",)]
+
+
+def test_more_measurements_than_a_diagnosis_holds_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = written(tmp_path / "a.parquet", onset_angle_rad=[0.1, 0.2, 0.3])
+    assert len(read_measured(path).samples) == 3
+    monkeypatch.setattr(measured, "MOST_ROWS", 2)
+    with pytest.raises(UserError, match="at most 2 measurements"):
+        read_measured(path)
