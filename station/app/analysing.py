@@ -54,7 +54,7 @@ def in_words(results: Sequence[PairResult], sessions: Sequence[Session]) -> Iter
 
 
 def notes_of(sessions: Sequence[Session]) -> tuple[str, ...]:
-    """What the reader has to know of the sessions' rigs, each note once."""
+    """Notes on the sessions' rigs that the reader has to know, each once."""
     return tuple(dict.fromkeys(note for session in sessions for note in session.notes))
 
 

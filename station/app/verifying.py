@@ -103,7 +103,7 @@ def verify(path: Path, *, keys: Path | None = None) -> Verification:
     """
     sha256, reader = file_sha256(path), open_recording(path)
     derived = (_corners(reader), *_decisions(reader))
-    # What is no message is known once all is read.
+    # Messages that are none are known once all is read.
     return Verification(path, sha256, (_content(reader), *derived), _signature(path, sha256, keys))
 
 

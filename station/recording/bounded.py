@@ -30,7 +30,7 @@ ALWAYS_UNPACKED_BYTES = 16 * 1024 * 1024
 
 
 def read_at(file: BinaryIO, offset: int, length: int, *, most: int = MAX_CHUNK_BYTES) -> bytes:
-    """So many bytes from there on, as far as the file goes: the memory for a length is taken before it is read.
+    """Reads `length` bytes from there on, as far as the file goes: the memory for a length is taken before it is read.
 
     Raises:
         DamageError: for more bytes than any record has.

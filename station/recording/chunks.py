@@ -38,7 +38,7 @@ class RawMessage(NamedTuple):
     publish_ns: int
     payload: bytes
     place: int = 0
-    """Where its content begins in all that was unpacked: no other message of a reading has the same."""
+    """The place of its content in all that was unpacked: no other message of a reading has the same."""
 
 
 def unpack(chunk: Chunk) -> bytes:

@@ -180,7 +180,7 @@ class RecordingReader:
         """Sentences on what does not fit together where parts meet."""
         self._malformed: dict[str, set[int]] = {}
         self.first_place = 0
-        """How much the parts before this one hold: a message's place in the whole recording is its own and this."""
+        """The size of the parts before this one: a message's place in the whole recording is its own and this."""
         counts = summary.statistics.channel_message_counts
         self._infos: dict[int, TopicInfo] = {}
         for number, channel in summary.channels.items():
@@ -269,7 +269,7 @@ class RecordingReader:
 
     @cached_property
     def _first_places(self) -> dict[int, int]:
-        """How much the chunks before a chunk hold, by the place of the chunk in the file."""
+        """The size of the chunks before a chunk, by the place of the chunk in the file."""
         indexes = sorted(self.summary.chunk_indexes, key=lambda index: index.chunk_start_offset)
         sizes = accumulate((index.uncompressed_size for index in indexes), initial=0)
         return {index.chunk_start_offset: before for index, before in zip(indexes, sizes, strict=False)}

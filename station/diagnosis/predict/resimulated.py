@@ -36,11 +36,10 @@ BEGIN = FRAMES // 2
 
 @dataclass(frozen=True, eq=False)
 class SlideErrors:
-    """How far each run's simulated slide is from the recorded one (r,): root mean squares over its frames, or nan."""
+    """Errors of each run's simulated slide (r,), root mean squares over its frames or nan: places, m, and yaws, rad."""
 
     path_m: Array
     turn_rad: Array
-    """Between the blocks' yaws."""
 
 
 def slide_errors(evidence: Evidence, model: Model, runs: Bools, *, run_effects: Array) -> SlideErrors:
