@@ -20,6 +20,12 @@ DENSITY_KG_M3 = (100.0, 25_000.0)
 LEAST_MARK_MM = 1.0
 """Side of a mark, mm: at 6 px/mm a smaller one has fewer pixels than its corners need."""
 
+SCALE_PX_MM = (0.1, 200.0)
+"""Scales of a picture on the plate, px/mm: from 300 px over the largest plate to pixels of 5 µm, a microscope's."""
+
+HEIGHT_MM = (5.0, 10_000.0)
+"""Heights of a camera's pinhole above the plate, mm: from a macro lens to the ceiling of a hall."""
+
 ROUNDED = 1.01
 """Share of a side that a mark may be longer: files say 10 mm for a block of 9.95 mm."""
 
@@ -28,6 +34,21 @@ SLIPS = (1e-3, 1e3, 1e-2, 1e2)
 
 Range = tuple[float, float]
 Sides = tuple[float, float, float]
+
+
+def unlikely_view(*, px_per_mm: float, height_mm: float, fiducial_mm: float, plate_m: float) -> Iterator[str]:
+    """Sentences on a camera's view beyond all rigs, as `unlikely` gives them.
+
+    Args:
+        px_per_mm: scale of the picture on the plate.
+        height_mm: the pinhole's height above the plate.
+        fiducial_mm: side of the squares in the plate's corners; 0 without any.
+        plate_m: side of the plate.
+    """
+    yield from _outside("[camera] px_per_mm", px_per_mm, SCALE_PX_MM, "px/mm")
+    yield from _outside("[camera] height_mm", height_mm, HEIGHT_MM, "mm")
+    if fiducial_mm > 0:
+        yield from _outside("[plate] fiducial_side_mm", fiducial_mm, (LEAST_MARK_MM, 1e3 * plate_m), "mm")
 
 
 def unlikely(*, block_m: Sides, mass_kg: float, plate_m: float, opening_m: float, mark_mm: Range) -> Iterator[str]:

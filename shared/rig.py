@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import ipaddress
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
 from shared.config import Table, load_table, parse
 from shared.errors import UserError
-from shared.likely import sides_meant, unlikely
+from shared.likely import sides_meant, unlikely, unlikely_view
 from shared.notify import NAME as NOTIFY
 from shared.notify import NotifyConfig, without_notify
 
@@ -180,6 +181,23 @@ class RigConfig:
             raise ValueError(f"expected an id of letters, digits, '-' and '_', got '{self.id}'")
 
 
+def _slips(rig: RigConfig) -> Iterator[str]:
+    """Sentences on what was probably meant in another unit."""
+    yield from unlikely(
+        block_m=rig.block.size_m,
+        mass_kg=rig.block.mass_kg,
+        plate_m=rig.plate.side_m,
+        opening_m=rig.plate.opening_m,
+        mark_mm=(rig.mark.side_mm, rig.mark.side_mm * rig.mark.aspect),
+    )
+    yield from unlikely_view(
+        px_per_mm=rig.camera.px_per_mm,
+        height_mm=rig.camera.height_mm,
+        fiducial_mm=rig.plate.fiducial_side_mm,
+        plate_m=rig.plate.side_m,
+    )
+
+
 def load_rig(path: Path) -> RigConfig:
     """Reads a rig file of the user's own.
 
@@ -190,15 +208,7 @@ def load_rig(path: Path) -> RigConfig:
     _require_three_sides(table.child("block"))
     notify = parse(NotifyConfig, table.child(NOTIFY))
     rig = replace(rig_of_table(table), notify=notify, text=without_notify(table))
-    mark = (rig.mark.side_mm, rig.mark.side_mm * rig.mark.aspect)
-    found = unlikely(
-        block_m=rig.block.size_m,
-        mass_kg=rig.block.mass_kg,
-        plate_m=rig.plate.side_m,
-        opening_m=rig.plate.opening_m,
-        mark_mm=mark,
-    )
-    for sentence in found:
+    for sentence in _slips(rig):
         raise UserError(f"{path}: {sentence}")
     if not rig.bus.insecure and (reached := rig.bus.open_to_network()):
         raise UserError(

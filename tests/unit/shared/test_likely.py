@@ -21,6 +21,10 @@ aspect = {aspect}
 [plate]
 side_m = {plate_m}
 opening_m = {opening_m}
+fiducial_side_mm = {fiducial_mm}
+[camera]
+px_per_mm = {px_per_mm}
+height_mm = {height_mm}
 """
 RIGHT = {
     "size_m": [0.01, 0.01, 0.01],
@@ -29,6 +33,9 @@ RIGHT = {
     "aspect": 1.0,
     "plate_m": 0.1,
     "opening_m": 0.09,
+    "fiducial_mm": 4.0,
+    "px_per_mm": 6.0,
+    "height_mm": 300.0,
 }
 
 
@@ -51,6 +58,9 @@ def written(folder: Path, **changed: object) -> Path:
         ({"side_mm": 7500.0}, "fits on its block of 10 mm × 10 mm, got [mark] side_mm = 7500; did you mean 7.5?"),
         ({"side_mm": 8.0, "aspect": 1.5}, "a mark that fits on its block"),
         ({"plate_m": 100.0}, "[plate] side_m of 0.01 to 3 m, got 100; did you mean 0.1?"),
+        ({"px_per_mm": 6000.0}, "[camera] px_per_mm of 0.1 to 200 px/mm, got 6000; did you mean 6?"),
+        ({"height_mm": 0.3}, "[camera] height_mm of 5 to 10000 mm, got 0.3; did you mean 300?"),
+        ({"fiducial_mm": 0.004}, "[plate] fiducial_side_mm of 1 to 100 mm, got 0.004; did you mean 4?"),
         ({"opening_m": 90.0}, "[plate] opening_m of 0.01 to 3 m, got 90; did you mean 0.09?"),
     ],
 )  # fmt: skip
@@ -73,6 +83,7 @@ def test_a_slip_is_named_with_what_was_meant(changed: dict[str, object], said: s
         {"size_m": [0.01, 0.01, 0.01], "mass_kg": 0.02259},  # osmium
         {"side_mm": 10.05},
         {"plate_m": 1.2, "opening_m": 1.0},
+        {"fiducial_mm": 0.0},
     ],
 )
 def test_real_rigs_are_taken(right: dict[str, object], tmp_path: Path) -> None:
