@@ -14,6 +14,7 @@ from shared.foxglove import FrameTransform, FrameTransforms
 from shared.messages import AngleReading, BlockPose, MarkerCorners, Message, Sample
 from shared.rig import RigConfig
 from shared.topics import ANGLE_PREFIX
+from station.app.retold_picture import IMAGE, RetoldPicture, Told
 from station.recording.provenance import Attachment, Provenance
 from station.recording.reader import Recorded, RecordingReader
 from station.recording.writer import Recording
@@ -22,7 +23,6 @@ from station.signals.tracks import CornerTrack, Track
 from station.simulators.recorded_runs import Poses, poses_of
 
 Rows = dict[int, int]
-_PICTURES = "camera/image"
 _OWN = {"rig_id", "started_ns", "mode", "seed"}
 _FILES = {"rig.toml", "plan.toml", "calibration.toml"}
 
@@ -32,7 +32,7 @@ def write_retold(
 ) -> int:  # fmt: skip
     """Writes the recording; gives the number of its messages, without those that the recorder adds for viewers.
 
-    Pictures, log lines and the truth are left out.
+    Pictures that show anything, log lines and the truth are left out.
 
     Args:
         reader: the recorded session.
@@ -49,8 +49,8 @@ def write_retold(
     with Recording(out, provenance=_provenance(reader, rig, said, model_toml)) as recording:
         count = 0
         for item in reader.messages():
-            for message in writer.messages(item):
-                recording.write_message(item.topic, message, receive_ns=item.log_ns)
+            for topic, message in writer.told(item):
+                recording.write_message(topic, message, receive_ns=item.log_ns)
                 count += 1
     return count
 
@@ -87,10 +87,18 @@ class _Retold:
         self._angles = {source: _rows(track) for source, track in simulated.angles.items()}
         self._samples = {sample.run: sample for sample in simulated.samples}
         self._poses = poses_of(simulated)
+        self._picture = RetoldPicture()
 
-    def messages(self, item: Recorded) -> Iterator[Message]:
-        """None or one message in its place."""
-        if item.topic.startswith(_PICTURES) or item.topic == "log":
+    def told(self, item: Recorded) -> Iterator[Told]:
+        """The messages in its place, with their topics: one, none, or corners that are drawn over the picture, too."""
+        yield from self._picture.take(item)
+        for message in self._messages(item):
+            yield item.topic, message
+            if isinstance(message, MarkerCorners) and item.topic == "camera/corners":
+                yield from self._picture.drawn(message)
+
+    def _messages(self, item: Recorded) -> Iterator[Message]:
+        if item.topic.startswith(IMAGE) or item.topic == "log":
             return
         message = item.message
         if isinstance(message, MarkerCorners):
