@@ -15,7 +15,7 @@ run: setup
 	@echo 'Once in each terminal: . $(BIN)/activate    Then `station` and `pi-agent` are commands of it.'
 
 # The tests with processes, sockets and clocks of their own mostly wait, so they run beside the others, three files at a
-# time. The others, which compute, and the check of the types have a lower priority (`nice`): they take what the former
+# time. The others, which compute, and the check of the types run aside (`tests/aside.py`): they take what the former
 # leave of two cores, and do not disturb them. What ends first is told when it has ended, so that the outputs do not mix.
 # The others, too, run three files at a time: a worker that waits for a command that its test has started leaves its core
 # to another.
@@ -32,7 +32,7 @@ test: setup style
 	@$(MAKE) --no-print-directory -j 3 types-told test-system-told test-alone
 
 test-alone: setup
-	@unset MAKEFLAGS MAKELEVEL; nice -n 10 $(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder \
+	@unset MAKEFLAGS MAKELEVEL; $(BIN)/python -m tests.aside $(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder \
 	  tests --ignore=tests/system
 
 test-system: setup
@@ -77,7 +77,7 @@ style: setup
 	$(BIN)/lint-imports
 
 types: setup
-	nice -n 10 $(BIN)/basedpyright
+	$(BIN)/python -m tests.aside $(BIN)/basedpyright
 
 setup: $(VENV)/.ready
 

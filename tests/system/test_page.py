@@ -32,7 +32,7 @@ pytestmark = [
 def served(rig: Rig, *, port: int) -> Generator[tuple[subprocess.Popen[str], str]]:
     """`station serve` for a rig and its folder, with a key that it keeps; the process and the link."""
     plan = rig.folder / "page.toml"
-    # Frames come late on a busy machine, and so many failed runs in a row would end the session before its first sample.
+    # Frames come late on a busy machine: fewer failed runs in a row would end the session before its first sample.
     plan.write_text(FAST.format(samples=50, faults=1000, outage_s=0.0), encoding="utf-8")
     words = ("--rig", str(rig.file), "--plan", str(plan), "--port", str(port), "--no-browser")
     process = start("station", "serve", str(rig.folder), *words, "--token-file", str(rig.folder / "key"))
