@@ -190,7 +190,7 @@ def test_mistakes_are_one_sentence_and_end_with_two(tmp_path: Path, capsys: pyte
         ([text("empty.json", "{}")], "'pairs' is missing"),
         ([text("fit.json", '{"pairs": [{"object": "a"}]}')], "is missing"),
         ([text("low.json", pairs % (0.2, ""))], "a on b: expected mu_1 to be the higher, got 0.2 and 0.3"),
-        ([text("negative.json", pairs % (-1, ""))], "expected a positive number for mu_1, got -1"),
+        ([text("negative.json", pairs % (-1, ""))], "expected mu_1 from 1e-09 to 1e+09, got -1"),
         ([text("word.json", pairs % ('"x"', ""))], "Expected a number for mu_1 of a pair, got 'x'"),
         ([text("frame.json", pairs % (0.4, ', "fixed_in": "sky"'))], "fixed_in of a on b is 'sky'"),
         ([degrees], "are these degrees?"),

@@ -120,7 +120,7 @@ def test_turning_is_told_in_degrees() -> None:
 
     rows = SimpleNamespace(limit=np.zeros(30, dtype=np.bool_), sigma=np.ones(30))
     channel = SimpleNamespace(
-        rows=rows, residual=constant, shares_friction=False, phase="slide",
+        rows=rows, residual=constant, off=constant, shares_friction=False, phase="slide",
         title="the block's turning", unit="rad/s²",
     )  # fmt: skip
     place = Place(cast(Channel, channel), "all", np.ones((30, 1)), (0,))
