@@ -7,7 +7,7 @@ import re
 import tomllib
 import types
 from collections.abc import Iterable
-from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
+from dataclasses import MISSING, Field, dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
@@ -28,13 +28,15 @@ _MOST_LEVELS = 32
 class Table:
     """A table of a TOML file that still knows where it stands, so that whoever reads it can point at a line.
 
-    A dataclass field of this type keeps its table unread: the plug-in that it configures parses it.
+    A dataclass field of this type keeps its table unread: the plug-in that it configures parses it. `own` is True for a
+    file of the user's own, which may name other files; what came in a recording may not.
     """
 
     values: dict[str, Any]
     file: str = "(built in)"
     text: str = ""
     path: tuple[str, ...] = ()
+    own: bool = False
 
     def error(self, key: str, expected: str, got: str) -> UserError:
         """The error that names file, line and key."""
@@ -48,7 +50,7 @@ class Table:
         value = self.values.get(key, {})
         if not isinstance(value, dict):
             raise self.error(key, "a table", repr(value))
-        return Table(value, self.file, self.text, (*self.path, key))  # pyright: ignore[reportUnknownArgumentType]
+        return Table(value, self.file, self.text, (*self.path, key), self.own)  # pyright: ignore[reportUnknownArgumentType]
 
 
 def table_of(text: str | bytes, where: str) -> Table:
@@ -109,7 +111,7 @@ def load_table(path: Path) -> Table:
     """
     try:
         with path.open(encoding="utf-8") as file:
-            return table_of(file.read(_MOST_LETTERS + 1), str(path))
+            return replace(table_of(file.read(_MOST_LETTERS + 1), str(path)), own=True)
     except OSError as error:
         raise UserError(f"Expected a TOML file at {path}, but it cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
@@ -130,13 +132,13 @@ def own_folders(table: Table, key: str, names: Iterable[str]) -> tuple[Path, ...
 
 
 def require_own_file(table: Table, key: str) -> None:
-    """Refuses a key that names a file instead of one of Repose's own by its name, unless the table's file is on disk.
+    """Refuses a key that names a file instead of one of Repose's own by its name, unless the table is the user's own.
 
     Raises:
         UserError: for the rig inside a recording, whose writer would choose which files are opened here.
     """
     name = table.values.get(key)
-    if isinstance(name, str) and not _NAME.fullmatch(name) and not Path(table.file).is_file():
+    if isinstance(name, str) and not _NAME.fullmatch(name) and not table.own:
         raise table.error(
             key, "a name that comes with Repose, as only a rig file on disk may name a file,", f"'{name}'"
         )

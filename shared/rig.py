@@ -227,7 +227,7 @@ def rig_of_table(table: Table) -> RigConfig:
         UserError: naming file, line and key of what is wrong.
     """
     values = {key: value for key, value in table.values.items() if key != NOTIFY}
-    return parse(RigConfig, Table({**values, "text": table.text}, table.file, table.text))
+    return parse(RigConfig, Table({**values, "text": table.text}, table.file, table.text, own=table.own))
 
 
 def _require_three_sides(block: Table) -> None:

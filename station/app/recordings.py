@@ -62,5 +62,6 @@ def provenance(rig: RigConfig, plan: Plan, *, mode: str, started_ns: int) -> Pro
         mode="lockstep" if mode == "lockstep" else "live",
         seed=plan.seed,
         rig_toml=rig.text,
+        own_rig=rig.arm.own,
         plan_toml=plan_toml(plan),
     )

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable
+from dataclasses import replace
 
 from shared.config import table_of
 from shared.errors import UserError
@@ -35,12 +36,15 @@ KINDS: tuple[type[Kind], ...] = (
 TOPICS: frozenset[str] = frozenset[str]().union(*(kind.topics for kind in KINDS))
 
 
-def for_viewers(rig_toml: str) -> ForViewers | None:
-    """The topics for viewers of a recording with this rig file; None without one, or with one that describes no arm."""
+def for_viewers(rig_toml: str, *, own: bool = False) -> ForViewers | None:
+    """The topics for viewers of a recording with this rig file; None without one, or with one that describes no arm.
+
+    Only the user's `own` rig file may name a file as its arm's model.
+    """
     if not rig_toml:
         return None
     try:
-        rig = rig_of_table(table_of(rig_toml, "rig.toml"))
+        rig = rig_of_table(replace(table_of(rig_toml, "rig.toml"), own=own))
         return ForViewers(rig, placed_arm(rig))
     except (UserError, ValueError):  # a session is recorded whatever its rig file says
         return None

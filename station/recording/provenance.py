@@ -67,6 +67,8 @@ class Provenance:
     mode: Literal["live", "lockstep", "import"] = "live"
     seed: int | None = None
     rig_toml: str = ""
+    own_rig: bool = False
+    """True if that rig file is the user's own, which may name a file as its arm's model."""
     plan_toml: str = ""
     calibration: str = ""
     versions: Mapping[str, str] = field(default_factory=versions)

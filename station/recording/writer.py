@@ -101,7 +101,7 @@ class Recording:
         self._channels: dict[str, _Channel] = {}
         self._schemas: dict[str, int] = {}
         self._writer = McapFile(file, library=f"repose {self._provenance.versions.get('repose', '')}")
-        self._for_viewers = for_viewers(self._provenance.rig_toml)
+        self._for_viewers = for_viewers(self._provenance.rig_toml, own=self._provenance.own_rig)
         self._describe(self._provenance)
 
     def __enter__(self) -> Recording:

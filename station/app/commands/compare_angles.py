@@ -129,6 +129,7 @@ def _origin(rig: RigConfig, plan: ComparisonPlan, *, clock: Clock, lockstep: boo
         started_ns=clock.now_ns(),
         mode="lockstep" if lockstep else "live",
         rig_toml=rig.text,
+        own_rig=rig.arm.own,
         extra={"comparison": json.dumps(asdict(plan))},
     )
 

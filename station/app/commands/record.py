@@ -41,7 +41,7 @@ def run(options: argparse.Namespace) -> int:
         stopped = stack.enter_context(until_stopped())
         bus = ZenohBus.of(OBSERVER, rig, clock=clock)
         stack.callback(bus.close)
-        origin = Provenance(rig_id=rig.id, started_ns=clock.now_ns(), rig_toml=rig.text)
+        origin = Provenance(rig_id=rig.id, started_ns=clock.now_ns(), rig_toml=rig.text, own_rig=rig.arm.own)
         recording = Recording(path, provenance=origin, overwrite=options.overwrite, split_bytes=options.split)
         recorder = Recorder(bus, recording, clock=clock, on_stopped=stopped_by.append)
         stack.callback(recorder.close)

@@ -15,6 +15,7 @@ from station.__main__ import main
 from station.app import assembly
 from station.app.attached import attached_rig, attached_table, effects_left_out, planted_in_recording
 from station.app.summary import print_summary
+from station.recording.for_viewers import for_viewers
 from station.recording.reader import open_recording
 from station.rig.arm_model import MODELS
 from station.rig.placed_arm import placed_arm
@@ -150,6 +151,18 @@ def test_ones_own_rig_file_names_its_arm_and_pair(tmp_path: Path) -> None:
     rig = load_rig(own)
     assert placed_arm(rig).model.joints
     assembly.twin_world(rig, seed=1, start_ns=0)
+
+
+def test_a_file_of_that_name_here_makes_no_strangers_rig_ones_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Viewers and converters know a recording's rig by its text alone; a folder of recordings often has a rig.toml."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(MODELS / "jaco2_spherical.toml", tmp_path / "mine.toml")
+    text = 'id = "one"\n[arm]\nmodel = "mine.toml"\n'
+    (tmp_path / "rig.toml").write_text(text)
+    assert for_viewers(text) is None
+    assert for_viewers(text, own=load_rig(tmp_path / "rig.toml").arm.own) is not None
 
 
 def test_a_session_of_ones_own_arm_is_checked_with_ones_own_rig_file(tmp_path: Path) -> None:
