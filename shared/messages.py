@@ -461,10 +461,11 @@ class LeaseRequest(Message):
 
 @dataclass(frozen=True, slots=True)
 class ArmLease(Message):
-    """The session that has the arm."""
+    """The session that has the arm, and why an emergency stop is in force: empty while none is."""
 
     stamp_ns: int = 0
     owner: str = ""
+    stopped: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -87,7 +87,7 @@ _TOPICS = (
     Topic("arm/command", m.TiltCommand, EVENT, "station", 0, "what the arm was asked for"),
     Topic("arm/reply", m.ArmReply, EVENT, "station", 0, "what the arm answered, or that it did not"),
     Topic("arm/motion", m.MotionReport, EVENT, "arm", 0, "begin and end of each motion as executed"),
-    Topic("arm/lease", m.ArmLease, STATUS, "arm", 1, "which session has the arm"),
+    Topic("arm/lease", m.ArmLease, STATUS, "arm", 1, "which session has the arm, and its emergency stop"),
     Topic("environment", m.Environment, STATUS, "any", 1, "temperature and humidity"),
     Topic("session/event", m.RunEvent, EVENT, "station", 0, "phases of a run"),
     Topic("session/sample", m.Sample, EVENT, "station", 0, "one run's result"),

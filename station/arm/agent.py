@@ -73,7 +73,7 @@ class ArmAgent:
         self._pending: _Motion | None = None
         self._motion: _Motion | None = None
         self._said = ""
-        self._leased, self._lease_ns = "", 0
+        self._leased, self._lease_ns = ("", ""), 0
         bus.serve("arm/lease", self._on_lease)
         bus.serve("arm/command", self._on_command)
         bus.serve("arm/stop", self._on_stop)
@@ -266,11 +266,11 @@ class ArmAgent:
         self._bus.publish("arm/platform", self._attitude.state(reading))
 
     def _publish_lease(self) -> None:
-        """Publishes the lease once a second and when it changes, so that a session without a name knows who has it."""
-        owner = self._gate.owner or ""
-        if owner != self._leased or (owner and self._now_ns - self._lease_ns >= _LEASE_NS):
-            self._leased, self._lease_ns = owner, self._now_ns
-            self._bus.publish("arm/lease", ArmLease(self._now_ns, owner))
+        """Publishes lease and stop once a second and when they change, for a session without a name and lookers-on."""
+        lease = (self._gate.owner or "", self._gate.stopped)
+        if lease != self._leased or (any(lease) and self._now_ns - self._lease_ns >= _LEASE_NS):
+            self._leased, self._lease_ns = lease, self._now_ns
+            self._bus.publish("arm/lease", ArmLease(self._now_ns, *lease))
 
     def _report(self, motion: _Motion, *, end_ns: int = 0, fault: str = "", passing: bool = False) -> None:
         self._bus.publish(

@@ -98,6 +98,11 @@ class SafetyGate:
         """The session that has the arm; None while nobody has it."""
         return self._lease.owner
 
+    @property
+    def stopped(self) -> str:
+        """Why an emergency stop is in force; empty while none is."""
+        return self._stopped
+
     def stop(self, reason: str, *, now_ns: int) -> None:
         """Puts an emergency stop in force, until the station disarms and arms again."""
         self._see(now_ns)

@@ -180,7 +180,7 @@ FROZEN = {
     "MotionReport": "stamp_ns run step begin_ns end_ns fault passing",
     "Heartbeat": "stamp_ns armed owner",
     "LeaseRequest": "stamp_ns owner take_over",
-    "ArmLease": "stamp_ns owner",
+    "ArmLease": "stamp_ns owner stopped",
     "ClockPing": "station_ns",
     "ClockPong": "station_ns agent_ns",
     "FrameRequest": "from_ns to_ns",

@@ -16,6 +16,7 @@ from shared.geometry import mark_scale, tilt_of
 from shared.messages import (
     REPLACED,
     AgentStatus,
+    ArmLease,
     CameraGeometry,
     ClockOffset,
     MarkerCorners,
@@ -34,7 +35,7 @@ from station.sampling.plan import Plan
 from station.view.reference import ReferenceTracker
 
 TOPICS = (
-    *("camera/corners", "camera/status", "camera/geometry", "arm/platform", "arm/command", "arm/motion"),
+    *("camera/corners", "camera/status", "camera/geometry", "arm/platform", "arm/command", "arm/motion", "arm/lease"),
     *("session/event", "session/sample", "session/pause", "session/status", "clock"),
 )
 SILENT_S = 2.0
@@ -65,7 +66,8 @@ class Watched:
         self._heard: dict[type[Message], float] = {}
         self._clocks: dict[str, ClockOffset] = {}
         self._onsets_deg: dict[int, list[float]] = {number: [] for number in range(-1, 4)}
-        self._event, self._direction, self._done, self._arm_fault = RunEvent(), None, 0, ""
+        self._event, self._direction, self._done = RunEvent(), None, 0
+        self._arm_fault, self._arm_stopped = "", ""
         self._paused = False
         self._reference = ReferenceTracker()
         self._lines: deque[str] = deque(maxlen=_LINES)
@@ -100,6 +102,8 @@ class Watched:
             self._on_status(message)
         elif isinstance(message, MotionReport):
             self._arm_fault = "" if message.fault == REPLACED else message.fault
+        elif isinstance(message, ArmLease):
+            self._arm_stopped = f"stopped ({message.stopped})" if message.stopped else ""
 
     def _on_event(self, event: RunEvent) -> None:
         self._reference.on_event(event)
@@ -188,10 +192,11 @@ class Watched:
         else:
             yield health.camera(status if isinstance(status, AgentStatus) else None, nominal_hz=self._nominal_hz)
         unheard = self._silent(PlatformState)
-        if unheard and not self._arm_fault:
+        fault = self._arm_stopped or self._arm_fault
+        if unheard and not fault:
             yield health.silence("arm", unheard, ended=ended)
         else:
-            yield Health(part="arm", well=not self._arm_fault, text=self._arm_fault or "follows")
+            yield Health(part="arm", well=not fault, text=fault or "follows")
         yield health.clocks(self._clocks.copy(), ended=ended)
         yield health.disk([self._path, *(folder / self._path.name for folder in self._elsewhere)])
 

@@ -18,7 +18,7 @@ import pytest
 from rich.console import Console
 
 from shared.bus import Received
-from shared.messages import AgentStatus, CameraGeometry, ClockOffset, MarkerCorners, PlatformState, Sample
+from shared.messages import ArmLease, AgentStatus, CameraGeometry, ClockOffset, MarkerCorners, PlatformState, Sample
 from station.app.commands import run as command
 from station.app.display.choice import display_of
 from station.app.display.json_lines import JsonLinesDisplay
@@ -108,6 +108,15 @@ def test_a_part_that_falls_silent_is_not_well(tmp_path: Path) -> None:
     assert camera.well
     assert (arm.well, arm.text) == (False, "silent for 4 s")
     assert clocks.text == "camera +1.50 ± 0.02 ms"
+
+
+def test_a_stopped_arm_is_not_well_however_it_was_stopped(tmp_path: Path) -> None:
+    """One that is stopped between two motions has no motion whose end it could report."""
+    watch = watched(tmp_path, until_s=1.0)
+    watch.take(Received("arm/lease", 1, ArmLease(1, "mine", "by hand")))
+    assert (watch.moment().health[1].well, watch.moment().health[1].text) == (False, "stopped (by hand)")
+    watch.take(Received("arm/lease", 2, ArmLease(2, "mine")))
+    assert watch.moment().health[1].text == "follows"
 
 
 def test_a_camera_that_loses_frames_is_not_well(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from unittest.mock import ANY
 
 import pytest
 
@@ -55,6 +56,21 @@ def test_heartbeats_of_a_second_session_neither_keep_disarm_nor_acknowledge(owne
     owned.stop("test")
     beat(owned, "theirs", armed=False)
     assert "stopped (test)" in owned.command(10, owner="mine").reason
+
+
+@pytest.mark.parametrize("resting", [True, False])
+def test_a_stop_is_published_until_it_is_acknowledged(owned: FakeRig, resting: bool) -> None:
+    if not resting:
+        owned.command(10, owner="mine")
+        owned.advance(0.5, owner="mine")
+    owned.stop("by hand")
+    owned.advance(0.1, owner="mine")
+    assert owned.of(ArmLease)[-1] == ArmLease(ANY, "mine", "by hand")
+    count = len(owned.of(ArmLease))
+    owned.advance(3.0, owner="mine")
+    assert len(owned.of(ArmLease)) >= count + 2, "whoever comes later must hear of it"
+    owned.advance(0.1, armed=False, owner="mine")
+    assert owned.of(ArmLease)[-1] == ArmLease(ANY, "", "")
 
 
 def test_who_takes_over_stops_the_motion_and_is_obeyed_alone(owned: FakeRig) -> None:
