@@ -18,7 +18,7 @@ import pytest
 from rich.console import Console
 
 from shared.bus import Received
-from shared.messages import ArmLease, AgentStatus, CameraGeometry, ClockOffset, MarkerCorners, PlatformState, Sample
+from shared.messages import AgentStatus, ArmLease, CameraGeometry, ClockOffset, MarkerCorners, PlatformState, Sample
 from station.app.commands import run as command
 from station.app.display.choice import display_of
 from station.app.display.json_lines import JsonLinesDisplay
