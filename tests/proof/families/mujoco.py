@@ -1,4 +1,10 @@
-"""MuJoCo as its users set it for friction that holds: elliptic cone, no slip, steps of a millisecond."""
+"""MuJoCo set for friction that holds and slides rightly: elliptic cone, no slip, steps of a millisecond.
+
+Its contact gives way along the normal by mu b v, b being the friction's damping and v the speed of the slide. With b of
+`solref`, which holds where `solreffriction` is not given, the block hops from 1 cm/s on and slides with -.8 to +.2 % of
+its coefficient; without damping it does not, and no slip is what then holds a resting block. On a contact as hard as
+MuJoCo's own (an impedance of .9) it rocks, and slides with -5 % at 25°; at .5 it sinks in by 15 µm and does neither.
+"""
 
 from __future__ import annotations
 
@@ -30,8 +36,9 @@ SCENE = """<mujoco>
 
 
 GOOD = {
-    "solver": 'cone="elliptic" impratio="1000" noslip_iterations="30" tolerance="1e-12"', "contact": 'solref="0.004 1"'
-}  # fmt: skip
+    "solver": 'cone="elliptic" impratio="1000" noslip_iterations="300" noslip_tolerance="1e-14" tolerance="1e-12"',
+    "contact": 'solref="0.004 1" solimp="0.5 0.501 0.001 0.5 2" solreffriction="-1e-9 -0.01"',
+}
 BAD = {"solver": "", "contact": ""}
 """As it comes: a soft contact that creeps, with a pyramid for a cone."""
 
