@@ -7,7 +7,6 @@ it takes the steepest moment of every tenth of a second, and each knot only wher
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -15,9 +14,10 @@ import numpy as np
 
 from station.physics.contact import Array, Contact
 from station.simulators.planar.asked import Asked
-from station.simulators.planar.friction import LimitCurve, setting_off
+from station.simulators.planar.friction import LimitCurve, Support, setting_off
 from station.simulators.planar.load import Blocks, Motion, World
 from station.simulators.planar.plate import Column, Index
+from station.simulators.planar.root import root
 
 FINE_S = 0.05
 """Knots nearer to each other than this belong to a recording."""
@@ -27,11 +27,7 @@ _WINDOW_S = 0.1
 _BLOCK = 2048
 _ROUNDS_MOST, _SETTLED_RAD = 20, 1e-3
 _FARTHEST_RAD, _LEAST_BEND = 1.5, 1e-3
-_ROUNDS = 60
 _LEAST_MARGIN_M_S2, _MOST_MARGIN_M_S2 = 1e-3, 0.1
-_CLOSE_S, _LEAST_M_S2 = 1e-9, 1e-12
-
-Excess = Callable[[Array, Array | None], tuple[Array, Array]]
 
 
 class Grid(NamedTuple):
@@ -173,13 +169,8 @@ class Rest:
         low, high = np.full(len(off), -_FARTHEST_RAD), np.full(len(off), _FARTHEST_RAD)
         for _ in range(_ROUNDS_MOST):
             curve = self._curve.at(contact.facing(downward + off), blocks.friction)
-            tangent = np.tan(off)
-            slope = curve.slope + curve.value * tangent
-            low, high = np.where(slope < 0, off, low), np.where(slope < 0, high, off)
-            bend = curve.bend + curve.slope * tangent + curve.value * (1.0 + tangent * tangent)
-            wanted = off - slope / np.where(bend > _LEAST_BEND * curve.value, bend, np.nan)
-            wanted = np.where((wanted >= low) & (wanted <= high), wanted, 0.5 * (low + high))
-            turned = np.abs(wanted - off).max(initial=0.0)
+            wanted, low, high = _toward_weakest(curve, off, (low, high))
+            turned = float(np.abs(wanted - off).max(initial=0.0))
             off = wanted
             if turned < _SETTLED_RAD:
                 break
@@ -229,26 +220,34 @@ class Rest:
 
     def _first(self, lying: Lying, grid: Grid, creep: Creep | None) -> Index:
         """The first column (a,) of the grid with E ≥ 0; −1 without one."""
-        count = grid.time_s.shape[1]
-        first = np.full(len(lying.row), -1)
-        way = np.zeros(len(first))
-        left, column = np.arange(len(first)), 0
+        first, way = np.full(len(lying.row), -1), np.zeros(len(lying.row))
+        left, column, count = np.arange(len(first)), 0, grid.time_s.shape[1]
         while len(left) and column < count:
-            width = max(1, min(_BLOCK // len(left), count - column))
-            columns = slice(column, column + width)
-            many = lying.select(np.repeat(left, width))
-            blocks = self._world.blocks(many.row, grid.number[left, columns].ravel(), rest_from_s=many.rest_from_s)
-            place = many.place
-            if creep is not None:
-                place = np.column_stack([creep.place[left, columns].reshape(-1, 2), place[:, 2]])
-            guess = None if column == 0 else np.repeat(way[left], width)
-            excess, found = self.excess(blocks, grid.time_s[left, columns].ravel(), place, way=guess)
-            way[left] = found.reshape(len(left), width)[:, -1]
-            slips = excess.reshape(len(left), width) >= 0
+            columns = slice(column, min(column + max(1, _BLOCK // len(left)), count))
+            excess, way[left] = self._over(columns, left, (lying, grid, creep), way)
+            slips = excess >= 0
             hit = slips.any(axis=1)
             first[left[hit]] = column + slips[hit].argmax(axis=1)
-            left, column = left[~hit], column + width
+            left, column = left[~hit], columns.stop
         return first
+
+    def _over(
+        self, columns: slice, left: Index, seen: tuple[Lying, Grid, Creep | None], way: Array
+    ) -> tuple[Array, Array]:
+        """E (b, w), m/s², of the blocks `left` (b,) in some columns of the grid, and the last one's direction (b,).
+
+        `way` (a,) are those of the columns before, by which all but the first begin.
+        """
+        lying, grid, creep = seen
+        width = columns.stop - columns.start
+        many = lying.select(np.repeat(left, width))
+        blocks = self._world.blocks(many.row, grid.number[left, columns].ravel(), rest_from_s=many.rest_from_s)
+        place = many.place
+        if creep is not None:
+            place = np.column_stack([creep.place[left, columns].reshape(-1, 2), place[:, 2]])
+        guess = None if columns.start == 0 else np.repeat(way[left], width)
+        excess, found = self.excess(blocks, grid.time_s[left, columns].ravel(), place, way=guess)
+        return excess.reshape(len(left), width), found.reshape(len(left), width)[:, -1]
 
     def _close_in(
         self, onset: Crossing, found: Index, column: Index, lying: Lying, seen: tuple[Grid, Creep | None]
@@ -268,7 +267,7 @@ class Rest:
                 place = np.column_stack([creep.place_at(found, time_s), place[:, 2]])
             return self.excess(blocks, time_s, place, way=way)
 
-        onset.time_s[found], onset.way[found] = _root(at, low, high)
+        onset.time_s[found], onset.way[found] = root(at, low, high)
         onset.number[found] = number
 
     def _knots_around(
@@ -313,26 +312,11 @@ class Rest:
         return Creep(grid.time_s, lying.place[:, None, :2] + moved)
 
 
-def _root(at: Excess, low: Array, high: Array) -> tuple[Array, Array]:
-    """The zero of E between `low` and `high` (b,), and the direction there, by the Illinois rule.
-
-    The upper end of the last bracket is returned, where E is not negative.
-    """
-    below, way = at(low, None)
-    above, way_high = at(high, None)
-    early = below >= 0
-    high, above, way_high = np.where(early, low, high), np.where(early, below, above), np.where(early, way, way_high)
-    side = np.zeros(len(low))
-    for _ in range(_ROUNDS):
-        unsure = (high - low > _CLOSE_S) & (above > _LEAST_M_S2)
-        if not unsure.any():
-            break
-        middle = np.clip(high - above * (high - low) / np.where(unsure, above - below, 1.0), low, high)
-        value, way = at(middle, way_high)
-        up, down = unsure & (value >= 0), unsure & (value < 0)
-        below = np.where(up & (side > 0), 0.5 * below, below)
-        above = np.where(down & (side < 0), 0.5 * above, above)
-        high, above, way_high = np.where(up, middle, high), np.where(up, value, above), np.where(up, way, way_high)
-        low, below = np.where(down, middle, low), np.where(down, value, below)
-        side = np.where(up, 1.0, np.where(down, -1.0, side))
-    return high, way_high
+def _toward_weakest(curve: Support, off: Array, within: tuple[Array, Array]) -> tuple[Array, Array, Array]:
+    """The next guess (a,) after `off`, by Newton's step or halving, and the narrower bracket of h / cos's minimum."""
+    tangent = np.tan(off)
+    slope = curve.slope + curve.value * tangent
+    low, high = np.where(slope < 0, off, within[0]), np.where(slope < 0, within[1], off)
+    bend = curve.bend + curve.slope * tangent + curve.value * (1.0 + tangent * tangent)
+    wanted = off - slope / np.where(bend > _LEAST_BEND * curve.value, bend, np.nan)
+    return np.where((wanted >= low) & (wanted <= high), wanted, 0.5 * (low + high)), low, high
