@@ -461,7 +461,7 @@ class LeaseRequest(Message):
 
 @dataclass(frozen=True, slots=True)
 class ArmLease(Message):
-    """The session that has the arm, and why an emergency stop is in force: empty while none is."""
+    """The session that has the arm, and the reason of the emergency stop in force: empty while none is."""
 
     stamp_ns: int = 0
     owner: str = ""

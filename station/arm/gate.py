@@ -100,7 +100,7 @@ class SafetyGate:
 
     @property
     def stopped(self) -> str:
-        """Why an emergency stop is in force; empty while none is."""
+        """The reason of the emergency stop in force; empty while none is."""
         return self._stopped
 
     def stop(self, reason: str, *, now_ns: int) -> None:

@@ -28,16 +28,19 @@ class Bracket(NamedTuple):
     side: Array
 
     def unsure(self) -> NDArray[np.bool_]:
-        """Where (b,) neither the bracket is narrow enough nor E at its upper end small enough."""
+        """A mask (b,): neither is the bracket narrow enough nor E at its upper end small enough."""
         return (self.high - self.low > _CLOSE_S) & (self.above > _LEAST_M_S2)
 
     def middle(self, unsure: NDArray[np.bool_]) -> Array:
-        """The times (b,) at which a straight line through both ends is zero."""
+        """The times (b,), s, at which a straight line through both ends is zero, where the `unsure` (b,) are true."""
         spread = np.where(unsure, self.above - self.below, 1.0)
         return np.clip(self.high - self.above * (self.high - self.low) / spread, self.low, self.high)
 
     def narrowed(self, unsure: NDArray[np.bool_], middle: Array, found: tuple[Array, Array]) -> Bracket:
-        """The bracket with E and direction `found` at `middle` in place of one end; an end that stays counts half."""
+        """The bracket with `found` at `middle` (b,), s, in place of one end, where `unsure` (b,); one that stays counts half.
+
+        `found` are E (b,), m/s², and the direction (b,), rad.
+        """
         value, way = found
         up, down = unsure & (value >= 0), unsure & (value < 0)
         below = np.where(up & (self.side > 0), 0.5 * self.below, self.below)
