@@ -37,9 +37,9 @@ class Bracket(NamedTuple):
         return np.clip(self.high - self.above * (self.high - self.low) / spread, self.low, self.high)
 
     def narrowed(self, unsure: NDArray[np.bool_], middle: Array, found: tuple[Array, Array]) -> Bracket:
-        """The bracket with `found` at `middle` (b,), s, in place of one end, where `unsure` (b,); one that stays counts half.
+        """The bracket with `middle` (b,), s, in place of one end where `unsure` (b,); an end that stays counts half.
 
-        `found` are E (b,), m/s², and the direction (b,), rad.
+        `found` are E (b,), m/s², and the direction (b,), rad, at `middle`.
         """
         value, way = found
         up, down = unsure & (value >= 0), unsure & (value < 0)
