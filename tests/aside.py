@@ -17,7 +17,7 @@ from pathlib import Path
 from types import FrameType
 
 NICE = 10
-"""Of 19: a tenth of the share of a process without any; `nice` itself takes this if nothing is said."""
+"""A niceness of 10 of 19 gives a tenth of an ordinary process's share; `nice` itself takes this if nothing is said."""
 SHARE_OF_SESSION = Path("/proc/self/autogroup")
 
 

@@ -1,4 +1,4 @@
-"""What the diagnosis says of concealed sessions whose arm reports its attitude with noise and its rates filtered.
+"""Concealed sessions are diagnosed whose arm reports its attitude with noise and its rates filtered.
 
     ALTERED_SESSIONS=4 ALTERED_SEED=20261320 pytest -m benchmark -s tests/benchmarks/test_altered_attitude.py
 
@@ -30,7 +30,7 @@ GROWING = NULL._replace(rate_gain=0.03)
 
 
 def claimed(signals: Signals, rig_path: Path, *, seed: int) -> list[set[str]]:
-    """What is claimed of a session by each of the arms."""
+    """Returns the ids of the effects that are claimed of a session, for each of the arms."""
     rig, said = load_rig(rig_path), list[set[str]]()
     for arm in ARMS:
         known = catalogue_of_table(rig.physics)

@@ -1,4 +1,4 @@
-"""How long `station analyze` takes over 10 000 runs: `pytest -m benchmark -s` and this file, alone on the machine.
+"""The time of `station analyze` over 10 000 runs is taken: `pytest -m benchmark -s`, alone on the machine.
 
 Two times are printed. The whole command over a table of 10 000 made-up runs of four surface pairs: filters, tests,
 limit curves, figures, report and Rerun. And reading: a simulated session's recording, copied, read with all cores; the

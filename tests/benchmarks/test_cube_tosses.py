@@ -1,4 +1,4 @@
-"""What the diagnosis says of real tosses of a cube, and of label-permuted copies of them, its nulls.
+"""Real tosses of a cube are diagnosed, and label-permuted copies of them, its nulls.
 
     REPOSE_CUBE_TOSSES=tosses.parquet pytest -m benchmark -s tests/benchmarks/test_cube_tosses.py
 
@@ -31,7 +31,7 @@ needs_data = pytest.mark.skipif(not REAL.is_file(), reason="REPOSE_CUBE_TOSSES d
 
 
 def diagnosed(folder: Path, named: tuple[str, list[Toss]]) -> Diagnosis:
-    """What the command says of them."""
+    """Returns the diagnosis that the command makes of the named tosses."""
     name, tosses = named
     path = folder / f"{name}.mcap"
     write(cube_tosses.read(write_table(tosses, folder / f"{name}.parquet")), path)
@@ -128,7 +128,7 @@ def test_a_copy_knows_no_left_and_right() -> None:
 
 
 def _sides(toss: Toss) -> tuple[float, float]:
-    """How far a slide's middle lies to the right of its chord, m, and how fast the block turns to the left, rad/s."""
+    """Returns how far a slide's middle lies right of its chord, m, and how fast the block turns to the left, rad/s."""
     part = toss.pose[toss.slide]
     chord = part[-1, :2] - part[0, :2]
     way = part[:, :2] - part[0, :2]

@@ -1,4 +1,4 @@
-"""How time and memory of a diagnosis grow with the number of runs; `pytest -m benchmark -s` prints the table.
+"""Time and memory of a diagnosis grow with the number of runs; `pytest -m benchmark -s` prints the table.
 
 Every size is a process of its own, because memory that was once taken is not given back. SCALING_RUNS names the sizes
 ("200,1000,5000"), and SCALING_NESTED=1 searches each fold anew (in this process: what it costs, not how long it takes).
@@ -65,7 +65,7 @@ def measure(path: Path) -> tuple[Phases, float, str]:
 
 
 def exponent(sizes: Sequence[int], values: Sequence[float]) -> str:
-    """Of the growth from each size to the next."""
+    """Returns the exponent of the growth from each size to the next, as text."""
     found = (
         f"{math.log(second / first) / math.log(after / before):5.2f}" if first > 0 and second > 0 else "    –"
         for (before, after), (first, second) in zip(pairwise(sizes), pairwise(values), strict=True)

@@ -1,4 +1,4 @@
-"""How far the engines are from what was measured; run with `pytest -m benchmark -s` and this file.
+"""The engines are compared with what was measured; run with `pytest -m benchmark -s` and this file.
 
 For each engine that is installed: the exported file, a tilt test at 2°/s, the angle by direction. `creep` is how far
 the object has moved half a degree before it should.

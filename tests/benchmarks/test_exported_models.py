@@ -1,4 +1,4 @@
-"""How far exported models are from our own simulation; run with `pytest -m benchmark -s` and this file.
+"""Exported models are compared with our own simulation; run with `pytest -m benchmark -s` and this file.
 
 For each engine that is installed and each model: the worst onset and path of eight directions.
 """

@@ -1,4 +1,4 @@
-"""What each rule of the diagnosis is good for: concealed cases and sessions of the rig, with all rules and without one.
+"""Concealed cases and sessions of the rig, with all rules and without one, show what each rule is good for.
 
     KNOCK_OUT=trifle,SWAP=0 KNOCK_OUT_CASES=null,rig pytest -m benchmark -s tests/benchmarks/test_knock_out.py
 

@@ -1,4 +1,4 @@
-"""How much faster than life a simulated session runs, recording included: prints the factor and where the time goes.
+"""A simulated session, recording included, runs faster than life: prints the factor and where the time goes.
 
 `pytest -m benchmark tests/benchmarks/test_lockstep_speed.py -s`; LOCKSTEP_SAMPLES sets the length of a session.
 Seconds are those of the processor, and the best of several sessions counts, because other programs only ever add.
@@ -65,7 +65,7 @@ class Timing:
 
     @property
     def slowed(self) -> float:
-        """By how much everything took longer than on a quiet machine."""
+        """The factor by which everything took longer than on a quiet machine."""
         return self.yardstick_s / self.best_s
 
 

@@ -1,4 +1,4 @@
-"""How 200 recordings scale over processes: `pytest -m benchmark -s` and this file, alone on the machine.
+"""Reading 200 recordings scales over processes: `pytest -m benchmark -s` and this file, alone on the machine.
 
 Printed are ratios: the time of one process over that of several, for `station doctor` over copies of a session (reading
 and checking every message), and the time of a first call over that of a second, which finds its results.

@@ -1,4 +1,4 @@
-"""How many 3-second tilts a second the planar simulator does on one core; run with `pytest -m benchmark -s`."""
+"""The planar simulator's 3-second tilts a second on one core are counted; run with `pytest -m benchmark -s`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the diagnosis says of two real tables of friction, and of copies with their labels dealt anew, its nulls.
+"""Two real tables of friction are diagnosed, and copies with their labels dealt anew, its nulls.
 
     REPOSE_REAL_DATA=/work/shared/data pytest -m benchmark -s tests/benchmarks/test_real_tables.py
 

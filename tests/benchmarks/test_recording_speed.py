@@ -1,4 +1,4 @@
-"""How fast recordings are written and read: prints a table, and holds it to the figures that are promised.
+"""Recordings are written and read: prints a table, and holds it to the figures that are promised.
 
 `pytest -m benchmark tests/benchmarks/test_recording_speed.py -s`; RECORDING_SECONDS sets the simulated time.
 Every figure is the smallest of several repeats, because other programs only ever add.
@@ -38,7 +38,7 @@ Traffic = list[tuple[int, str, Message]]
 
 
 def traffic(seconds: int) -> Traffic:
-    """What a session of the simulated rig publishes, by rate: corners 90, arm 2 × 100, heartbeat and transforms 40."""
+    """Returns a session of the simulated rig, by rate: corners 90, arm 2 × 100, heartbeat and transforms 40."""
     rng = np.random.default_rng(1)
     items: Traffic = []
     for tick in range(330 * seconds):

@@ -1,4 +1,4 @@
-"""How often the diagnosis of the simulated rig is right: with the sag that its camera has, and with none.
+"""The diagnosis of the simulated rig is judged: with the sag that its camera has, and with none.
 
     RIG_SESSIONS=20 RIG_SEED=20261301 pytest -m benchmark -s tests/benchmarks/test_rig_as_it_comes.py
 

@@ -1,4 +1,4 @@
-"""What the law that is found in one half of the real tosses of a cube is worth for the paths of the other half.
+"""The law that is found in one half of the real tosses of a cube is judged by the paths of the other half.
 
     REPOSE_CUBE_TOSSES=tosses.parquet pytest -m benchmark -s tests/benchmarks/test_toss_paths.py
 

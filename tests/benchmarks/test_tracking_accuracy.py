@@ -1,4 +1,4 @@
-"""How exact the tracker is: prints a table, and holds it to the figures that are promised.
+"""The tracker's errors are measured: prints a table, and holds it to the figures that are promised.
 
 `pytest -m benchmark tests/benchmarks/test_tracking_accuracy.py -s`; TRACKING_FRAMES sets the frames a condition,
 TRACKING_CONDITIONS (names between semicolons) takes only some, TRACKING_SEED other frames. Each condition is measured
@@ -56,7 +56,7 @@ MISSED: set[tuple[str, str]] = {
 
 @dataclass(frozen=True)
 class Gate:
-    """What is asked of a condition: the name of the figure, what was measured, and the range that it must lie in."""
+    """A demand on a condition: the name of the figure, what was measured, and the range that it must lie in."""
 
     condition: str
     figure: str
@@ -66,7 +66,7 @@ class Gate:
 
     @property
     def holds(self) -> bool:
-        """Whether the figure lies in its range."""
+        """True if the figure lies in its range."""
         return self.low <= self.measured <= self.high
 
     def line(self) -> str:
@@ -115,7 +115,7 @@ def table() -> dict[str, Measured]:
 
 @pytest.mark.parametrize("name", _chosen())
 def test_the_promised_figures_hold(table: dict[str, Measured], name: str) -> None:
-    """At 200 frames one wrong frame is within chance of a true rate of 1 in 1000; ask for 3000 to be sure."""
+    """One wrong frame in 200 is within chance of a true rate of 1 in 1000; ask for 3000 frames to be sure."""
     gates = [gate for gate in _gates(name, table[name]) if (name, gate.figure) not in MISSED]
     assert [gate.line() for gate in gates if not gate.holds] == []
 

@@ -38,7 +38,7 @@ class Group:
         return sum(s.wrong for s in chosen), sum(s.frames for s in chosen)
 
     def line(self, way: int) -> str:
-        """What is proved so far."""
+        """Says in a line what is proved so far; `way` 0 at acquisition, 1 followed."""
         wrong, frames = self.counts(way)
         low, high = (1000 * bound(wrong, frames) for bound in (lower_share, upper_share))
         proved = "proved" if high <= 1000 * WRONG_SHARE else "not proved"

@@ -1,4 +1,4 @@
-"""How near the limit of each kind of frame the tracker comes, beside ArUco and AprilTag on the same frames.
+"""The tracker is compared with the limit of each kind of frame, beside ArUco and AprilTag on the same frames.
 
 `pytest -m benchmark tests/benchmarks/test_tracking_limit.py -s`; TRACKING_FRAMES sets the frames a condition,
 TRACKING_CONDITIONS (names between semicolons) takes only some, TRACKING_SEED other frames. A ratio is the corners' RMS
@@ -29,7 +29,7 @@ WANTED = os.environ.get("TRACKING_CONDITIONS", "")
 DICTIONARY, TAG_ID = "APRILTAG_16h5", 7
 REFINEMENTS = ("SUBPIX", "CONTOUR", "APRILTAG")
 ANOTHER_PX = 20.0  # a corner further off is that of another thing: not found
-CONVENTION_PX = {"APRILTAG": 0.5}  # what a refinement counts pixels from: their corners, as AprilTag itself does
+CONVENTION_PX = {"APRILTAG": 0.5}  # a refinement counts pixels from their corners, as AprilTag itself does
 ENOUGH = 20  # frames from which a ratio is judged
 DRAWS = 1000
 LEVELS = ("known", "estimated", "outline", "shape")

@@ -122,7 +122,7 @@ def _pupil(shots: list[Shot], folder: Path) -> Scores | None:
 
 
 def _where_not_ahead(ours: Scores, rivals: dict[str, Scores]) -> str:
-    """Which of the others are more exact than ours, and which are faster, with how much less exact they are."""
+    """Names the others that are more exact than ours, and those that are faster, with how much less exact they are."""
     exact = [name for name, scores in rivals.items() if scores.errors and scores.rms_px <= ours.rms_px]
     faster = [
         f"{name} ({scores.rms_px / ours.rms_px:.0f} times the error)" if scores.errors else f"{name} (finds nothing)"

@@ -16,7 +16,7 @@ pytestmark = [pytest.mark.benchmark, pytest.mark.timeout(3600)]
 
 TRIALS = int(os.environ.get("TRACKING_FRAMES", "200"))
 SEED = int(os.environ.get("TRACKING_SEED", "20261210"))
-SHARE = 0.001  # of missed frames, and of wrong ones
+SHARE = 0.001  # the limit of missed frames, and of wrong ones
 MISSED = {(", tape", "missed")}  # known: a motion blur lays more of the grain under an edge than its sigma may be
 MARKS = "", ", tape"
 BEGUN, SLOWS, STRUCK = "sliding begun", "sliding slows", "sliding struck"

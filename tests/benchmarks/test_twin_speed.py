@@ -1,4 +1,4 @@
-"""How long the twin takes for a second of a session; run with `pytest -m benchmark -s`.
+"""The twin's time for a second of a session is measured; run with `pytest -m benchmark -s`.
 
 CPU time of this thread, the least of three repeats, because wall time on a shared machine measures the neighbours.
 """

@@ -116,7 +116,7 @@ class Plain:
 
     @classmethod
     def of(cls, toss: Toss) -> Plain:
-        """By least squares."""
+        """Fits a slide by least squares."""
         part = toss.pose[toss.slide]
         seconds = np.arange(len(part)) / RATE_HZ
         place, heading = part[:, :2] - part[0, :2], heading_of(part[:, 3:])
@@ -137,11 +137,11 @@ class Plain:
 
     @property
     def seconds(self) -> Array:
-        """Of the frames, from the slide's begin (n,)."""
+        """The times of the frames (n,), s, from the slide's begin."""
         return np.arange(len(self.pull)) / RATE_HZ
 
     def shape(self) -> Array:
-        """What it has beside its plain way, in the unit level T², at `_SHARES` of the slide's time T."""
+        """The place beside its plain way, in the unit level T², at `_SHARES` of the slide's time T."""
         return np.interp(_SHARES, self.seconds / self.seconds[-1], self.beside[:, 0]) / self._unit_m
 
     def without(self, common: Array) -> Array:
@@ -235,7 +235,7 @@ def turned(quaternion: Array, angle_rad: Array | float) -> Array:
 
 
 def write_table(tosses: list[Toss], path: Path) -> Path:
-    """As a table that `station import cube-tosses` reads; the tosses numbered in their order."""
+    """Writes a table that `station import cube-tosses` reads; the tosses are numbered in their order."""
     number = np.concatenate([np.full(len(toss.frame), place) for place, toss in enumerate(tosses)])
     pose = np.concatenate([toss.pose for toss in tosses])
     columns = {"toss": number, "frame": np.concatenate([toss.frame for toss in tosses])}

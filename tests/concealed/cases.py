@@ -25,7 +25,7 @@ TIERS = ("null", "null_nuisance", "single", "pair", "confounded", "absorbed", "o
 STRENGTHS = (0.5, 1.0, 2.0, 4.0)
 _ATTEMPTS = 6
 _KNOWN = ("mu", "load_reference_n", "wall_radius", "side", "px_per_m", "mark_side", "mark_height", "camera_height")
-"""What a user knows of a world, or finds at once."""
+"""The parameters of a world that a user knows, or finds at once."""
 _Json = dict[str, Any]
 
 
@@ -66,7 +66,7 @@ class Strong:
 
 
 def origin_of(tier: str, index: int, seed: int) -> Origin:
-    """What everything random in a case comes from."""
+    """Returns the origin of everything that is random in a case."""
     return seed, TIERS.index(tier), index
 
 

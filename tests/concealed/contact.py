@@ -1,5 +1,5 @@
 # ruff: noqa: PLR0917 (compiled functions take no keyword-only arguments)
-"""What drives the block and what holds it, per unit of mass: the hidden physics, compiled.
+"""The hidden physics, compiled: forces that drive the block and that hold it, per unit of mass.
 
 Friction is a set of forces: `capacity` is its radius in the direction of the force, and sliding dissipates as much as
 it can (Goyal, Ruina, Papadopoulos 1991): the friction force is the point of the set nearest to what would stop the
@@ -52,7 +52,7 @@ def shaking(world: World, run: RunFacts, time_s: float) -> float:
 def drive(
     world: World, run: RunFacts, x: float, y: float, tilt: float, turning: Any, shaken: float, v: Any
 ) -> tuple[float, float, float]:
-    """What pulls the block along the plate (x, y) and presses it on (m/s²).
+    """Returns the pull on the block along the plate (x, y) and the pressing on it (m/s²).
 
     `turning` are the tilt's rate and acceleration, `v` the block's velocity in the plate: in the frame of a turning
     plate there are a centrifugal pull, and Coriolis and Euler forces that press.
@@ -105,7 +105,7 @@ def direction_law(world: World, run: RunFacts, angle: float, yaw: float) -> floa
 
 @compiled
 def turns_with_direction(world: World) -> bool:
-    """Whether friction depends on direction at all."""
+    """True if friction depends on direction at all."""
     return (
         world.grain_object != 0.0
         or world.grain_plate != 0.0

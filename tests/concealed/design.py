@@ -1,4 +1,4 @@
-"""How a session is done: the machine's plan, what varies from run to run, and what disturbs it."""
+"""The design of a session: the machine's plan, what varies from run to run, and what disturbs it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PAIRS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Nuisance:
-    """What disturbs every measurement without being an effect.
+    """The nuisances that disturb every measurement without being an effect.
 
     `scatter` is the standard deviation of a run's friction over the mean; with `tail` (Student's degrees of freedom) it
     has heavy tails. `noise_px` is one corner's standard deviation, growing by `noise_drift` from the first run to the

@@ -1,4 +1,4 @@
-"""How strong an effect must be for this very session to show it: the unit in which strengths are given.
+"""The detection limit, the unit of strengths, is how strong an effect must be for this very session to show it.
 
 For each run the effect is judged on two statistics that a careful analyst would form. The onset: the logarithm of the
 friction that the run needed, whose scatter is the session's. The path: the corners' pixels from the tilt to the stop,
@@ -45,7 +45,7 @@ _SIDE_PATTERN = np.array([[-1.0, 1.0], [1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]])
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Signature:
-    """What a world does to each run of a session (n runs): in standard deviations of one run.
+    """The changes that a world makes to each run of a session (n runs), in standard deviations of one run.
 
     `onset`: shift of the logarithm of the apparent friction at onset, over the scatter. `path`: what is left in the
     pixels after the run's own freedoms. `sensor`: against a second angle sensor. `every`: only each so many-th run
@@ -85,9 +85,9 @@ class _Known:
     plates: Array
     chosen: NDArray[np.bool_]
     freedoms: Array
-    """What the run has of its own, over the noise: (8 × chosen frames, columns), the last ones with a prior of 1."""
+    """The run's own freedoms, over the noise: (8 × chosen frames, columns), the last ones with a prior of 1."""
     precision: Array
-    """Of the freedoms: (columns, columns)."""
+    """The precision of the freedoms: (columns, columns)."""
 
 
 class Analyst:
@@ -101,7 +101,7 @@ class Analyst:
         self._known = [_known(run, self._base) for run in told[:: self._every]]
 
     def signature(self, world: World) -> Signature:
-        """What `world` does to each run; censored runs say nothing."""
+        """Returns what `world` does to each run; censored runs say nothing."""
         setting = self._session.setting
         blur = math.hypot(SENSOR_RAD, math.radians(setting.design.sensor_noise_deg) / 5.0)
         rows: list[tuple[int, float, float, float]] = []
@@ -196,7 +196,7 @@ def _read_late(run: RunRecord, late_s: float) -> float:
 
 
 def _wanderings(path: Array) -> list[Array]:
-    """How the corners (n, 8 px) would differ had the slide gone aside, or the block turned on its way."""
+    """Returns the changes of the corners (n, 8 px) had the slide gone aside, or the block turned on its way."""
     corners = path.reshape(len(path), 4, 2)
     centre = corners.mean(axis=1)
     travel = centre - centre[0]

@@ -29,7 +29,7 @@ class Planned(Protocol):
 
     @property
     def entry(self) -> dict[str, Any]:
-        """What is concealed."""
+        """The key's entry of what is concealed."""
         ...
 
 

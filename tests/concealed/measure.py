@@ -1,4 +1,4 @@
-"""What the rig's own software would have said of each run: the estimated onset, from what it saw and nothing else."""
+"""The onset of each run as the rig's own software would have estimated it, from what it saw and nothing else."""
 
 from __future__ import annotations
 

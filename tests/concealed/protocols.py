@@ -13,8 +13,8 @@ from tests.concealed.design import PAIRS, Design, Nuisance, Setting
 from tests.concealed.world import GRAVITY, NULL, World
 
 FEATURES = ("free", "yaw", "replace", "masses", "mounts", "dwell", "rates", "sensor", "border")
-"""What a protocol may vary: azimuth, the block's yaw, its place, its mass, the plate's mount, dwell, tilt rate; whether
-another angle sensor looks on; and whether slides reach the foam."""
+"""The factors that a protocol may vary: azimuth, the block's yaw, its place, its mass, the plate's mount, dwell, tilt
+rate; whether another angle sensor looks on; and whether slides reach the foam."""
 
 _EXTRAS = ("free", "yaw", "replace", "masses", "mounts", "dwell", "rates", "sensor")
 

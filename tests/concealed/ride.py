@@ -37,15 +37,15 @@ COMMAND_DELAY = 9
 REFERENCE_FRAMES = 10
 DWELL, REFERENCE, TILT, RETURN, AFTER = 0, 1, 2, 3, 4
 TIP_PER_S2 = 400.0
-"""How fast a tilted-over block falls further: g over the distance from its edge to its centre of mass."""
+"""The rate at which a tilted-over block falls further: g over the distance from its edge to its centre of mass."""
 TIPPED_RAD = 0.4
-"""From here on the tracker calls the mark foreshortened."""
+"""The tracker calls the mark foreshortened from this angle on."""
 REST_AFTER = 180
 """Substeps on the level plate before the run is done."""
 
 
 class Ride(NamedTuple):
-    """What a run left behind. Moments are substeps of the session; the first counts say how much of each array holds.
+    """The record of a run. Moments are substeps of the session; the first counts say how much of each array holds.
 
     `marks` are moments: tilt begun, detected (−1: censored), return asked for, level again, done. `truths`: onset
     (substeps, a fraction), reported tilt there, reported tilt at the end of the tilting, moment of the last stop.

@@ -1,4 +1,4 @@
-"""What every generator of cases shares: random numbers by origin, names that tell nothing, and keys with their hash."""
+"""Every generator of cases shares random numbers by origin, names that tell nothing, and keys with their hash."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def case_id(origin: Origin) -> str:
 
 
 def finished(folder: Path) -> bool:
-    """Whether a case has been written."""
+    """True if a case has been written."""
     return (folder / "session.mcap").exists() and (folder / "rig.toml").exists()
 
 

@@ -43,7 +43,7 @@ class RunRecord:
 
     @property
     def censored(self) -> bool:
-        """Whether no slip was detected."""
+        """True if no slip was detected."""
         return bool(self.ride.marks[1] < 0)
 
 
@@ -95,7 +95,7 @@ class _Machine:
 
 
 def _room_px(place: Array, azimuth: float, world: World) -> float:
-    """How far a block at `place` (m) can slide before the image's border or the wall, in pixels."""
+    """Returns how far a block at `place` (m) can slide before the image's border or the wall, in pixels."""
     du, dv = math.sin(azimuth), math.cos(azimuth)
     u, v = CENTRE_PX + world.px_per_m * place[0], CENTRE_PX - world.px_per_m * place[1]
     rooms = [
@@ -207,7 +207,7 @@ def _substeps(seconds: float) -> int:
 
 
 def _put_back(pose: Array, design: Design, world: World, rng: Generator) -> Array:
-    """Where a hand puts the block: somewhere in the inner part of the plate."""
+    """Returns the pose at which a hand puts the block: somewhere in the inner part of the plate."""
     reach = 0.55 * world.wall_radius * math.sqrt(rng.random())
     if design.handled_every == 1 and len(design.directions) == 1 and not design.free:
         # One direction only: uphill of the centre, so that there is room.

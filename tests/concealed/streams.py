@@ -160,7 +160,7 @@ def _fiducial_stream(frames: _Frames, world: World, rng: Generator) -> Stream:
 
 
 def _attitude(session: SessionRecord) -> tuple[Integers, Array, Array, Array]:
-    """When, reported tilt, its rate, and the azimuth of its axis."""
+    """Returns the times of the readings, the reported tilt, its rate, and the azimuth of its axis."""
     first = np.arange(0, START_K, ATTITUDE, dtype=np.int64)
     rides = [run.ride for run in session.runs]
     sync_rate = np.gradient(session.sync) * BASE_HZ

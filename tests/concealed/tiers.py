@@ -1,4 +1,4 @@
-"""What each tier conceals."""
+"""Each tier plans what its cases conceal."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # ruff: noqa: PLR0917 (short rows of numbers read better by place)
-"""What the camera sees: the mark's corners and the plate's fiducial in pixels, compiled.
+"""The camera sees the mark's corners and the plate's fiducial in pixels, compiled.
 
 The camera is fixed to the plate's frame and looks straight down at its centre; image x is the plate's x, image y
 its −y.
@@ -22,7 +22,7 @@ ROW_ROUNDS = 8
 
 @compiled
 def project(world: World, x: float, y: float, height: float, down_x: float, down_y: float) -> tuple[float, float]:
-    """Where a point `height` above the plate is seen; (down_x, down_y) is gravity along the plate over g.
+    """Returns the pixel at which a point `height` above the plate is seen; (down_x, down_y): gravity along it over g.
 
     The camera sinks along gravity, so the picture moves uphill; the lens enlarges what is far from the centre.
     """

@@ -1,4 +1,4 @@
-"""What a world is like: every hidden parameter at its null value, and what one run brings of its own.
+"""A world is every hidden parameter at its null value, and what one run brings of its own.
 
 Both are named tuples of plain floats, so that the compiled kernel takes them as they are.
 """
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 GRAVITY = 9.81
 TURNING_ARM = math.sqrt(1.0 / 12.0)
-"""Of a unit square: root mean square of its points' way along any line, from the middle."""
+"""The root mean square distance of a unit square's points from its middle, along any line."""
 BASE_HZ = 900
 """Substeps a second: every 10th is a frame (90 Hz), every 9th an attitude (100 Hz), every 45th another sensor's reading
 (20 Hz), every 60th a view of the fiducial (15 Hz)."""
@@ -62,7 +62,7 @@ class World(NamedTuple):
     presliding_shape: float = 0.0
     uneven_x: float = 0.0
     uneven_y: float = 0.0
-    """Where friction's resultant acts, in the block's frame from the point under its mass, metres."""
+    """Friction's resultant acts here, in the block's frame from the point under its mass, metres."""
     foam_per_s2: float = 0.0
     foam_damping_s: float = 0.005
     foam_width: float = 0.006
@@ -70,7 +70,7 @@ class World(NamedTuple):
     """Tilt at which it tips straight over an edge, its mass being over the middle of its sole."""
     mass_x: float = 0.0
     mass_y: float = 0.0
-    """Where its mass is over the sole, in the block's frame, metres: it moves the tilt at which the block tips."""
+    """The block's mass is here over the sole, in its frame, metres: it moves the tilt at which the block tips."""
     # --- rig ---
     level_x: float = 0.0
     level_y: float = 0.0
@@ -121,14 +121,14 @@ NULL = World()
 
 
 class RunFacts(NamedTuple):
-    """What one run brings: its draws, its load, its place in the session. Angles in the plate (image) frame."""
+    """The facts of one run: its draws, its load, its place in the session. Angles in the plate (image) frame."""
 
     number: float = 0.0
     draw: float = 1.0
     """This run's friction over the mean."""
     mass: float = 0.00785
     azimuth: float = 0.0
-    """Of the tilting axis, the paper's β; the steepest line is (sin β, −cos β)."""
+    """The azimuth of the tilting axis, the paper's β; the steepest line is (sin β, −cos β)."""
     mount: float = 0.0
     previous_azimuth: float = math.nan
     previous_length: float = 0.008
@@ -136,7 +136,7 @@ class RunFacts(NamedTuple):
     humidity: float = 45.0
     shake_phase: float = 0.0
     knock_at_s: float = math.inf
-    """After the tilt's beginning."""
+    """The time of a knock after the tilt's beginning."""
     knock_speed: float = 0.0
     knock_azimuth: float = 0.0
     sigma_px: float = 0.1
@@ -145,7 +145,7 @@ class RunFacts(NamedTuple):
 
 
 class Program(NamedTuple):
-    """What the machine does in a run; times in substeps, angles and rates in radians."""
+    """The machine's program of a run; times in substeps, angles and rates in radians."""
 
     dwell: int
     hidden: int

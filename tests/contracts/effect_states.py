@@ -94,7 +94,7 @@ def some_of(state: Any, chosen: Array) -> Any:
 
 
 def answer(effect: Effect, hook: str, values: Values, state: Any = None) -> Array:
-    """What one of its methods says of many contacts or views, as an array (None as 0)."""
+    """Returns what one of an effect's methods says of many contacts or views, as an array (None as 0)."""
     if hook == "delay_s":
         return np.array(effect.delay_s(values))
     asked = (views() if hook in IMAGE_HOOKS else contacts()) if state is None else state

@@ -20,7 +20,7 @@ _STAMP_S = 0.02
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Apart:
-    """How far two simulators are apart, (n,) each: onset, the farthest that the paths get apart, and the paths' length.
+    """The distance of two simulators, (n,) each: onset, the farthest that the paths get apart, and the paths' length.
 
     `onset_deg` is nan where neither slid, and inf where only one did.
     """
@@ -65,7 +65,7 @@ def staircase(count: int = 2) -> Commands:
 
 
 def _differing(count: int, **given: Any) -> dict[str, Any]:
-    """What differs between runs, so that every effect has something to act on."""
+    """Returns facts of runs that differ, so that every effect has something to act on."""
     number = np.arange(count)
     usual = {
         "run": 10.0 * number,

@@ -1,4 +1,4 @@
-"""What every angle source must do, asked of every file in station/angles/sources through its real protocol."""
+"""Every angle source keeps its promises: every file in station/angles/sources, through its real protocol."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def test_stamps_are_the_stations_and_in_order(bench: Bench) -> None:
     stamps: list[int] = []
     for tilt in TILTS[:3]:
         stamps.append(bench.hear(tilt).stamp_ns)
-    assert before - 20_000_000 <= stamps[0]  # what a sensor's own clock puts apart may reach back a little
+    assert before - 20_000_000 <= stamps[0]  # a stamp that a sensor's own clock puts apart may reach back a little
     assert stamps == sorted(stamps)
     assert stamps[-1] <= bench.clock.now_ns()
 

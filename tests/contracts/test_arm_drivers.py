@@ -1,4 +1,4 @@
-"""What every arm driver must do, run over all drivers found in station/arm/drivers.
+"""Every arm driver keeps its promises: all drivers found in station/arm/drivers.
 
 Each driver needs somebody at the other end: `ENDS` names it. A driver without an entry fails here, so that a new file
 in the folder cannot go untested.

@@ -1,4 +1,4 @@
-"""Both buses keep the same promises: order, services, presence; Zenoh's also for a station that comes late."""
+"""The two buses keep the same promises: order, services, presence; Zenoh's also for a station that comes late."""
 
 import itertools
 import signal

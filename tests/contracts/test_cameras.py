@@ -1,4 +1,4 @@
-"""What every camera owes to the agent, whichever driver it is; a new driver needs a bench here."""
+"""Every camera keeps its promises to the agent, whichever driver it is; a new driver needs a bench here."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every effect must do, asked of every file in station/physics/effects."""
+"""Every effect keeps its promises: every file in station/physics/effects."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def test_says_what_it_is(effect: Effect) -> None:
 
 @EVERY
 def test_parameters_have_units_and_sane_starts(effect: Effect) -> None:
-    """What scales a fit must lie inside the bounds."""
+    """Parameters that scale a fit must lie inside the bounds."""
     assert any(not one.is_shape for one in effect.parameters)
     for one in effect.parameters:
         assert one.name.isidentifier()
@@ -118,7 +118,7 @@ def test_parameters_have_units_and_sane_starts(effect: Effect) -> None:
 
 @EVERY
 def test_confusion_is_mutual(effect: Effect) -> None:
-    """What cannot be told from another cannot be told by the other; nothing stands so alone that it needs no test."""
+    """Effects that cannot be told apart say so of each other; none stands so alone that it needs no test."""
     others = confused(KNOWN, effect.id)
     assert others
     assert effect.id not in others
@@ -130,7 +130,7 @@ def test_confusion_is_mutual(effect: Effect) -> None:
 
 @EVERY
 def test_vanishes_exactly_at_its_null(effect: Effect) -> None:
-    """Not nearly: a nominal arm must be the same to the last bit."""
+    """A nominal arm must be the same to the last bit, not nearly."""
     for values in nulls(effect):
         assert effect.is_null(values)
         for hook in effect.acts_through():
@@ -168,7 +168,7 @@ def test_finite_and_never_driving(effect: Effect, data: st.DataObject) -> None:
 
 @EVERY
 def test_each_moment_stands_alone(effect: Effect) -> None:
-    """What is said of a moment does not depend on which others are asked about."""
+    """The answer for a moment does not depend on which others are asked about."""
     chosen = np.array([3, 11, 40])
     for hook in effect.acts_through() - {"delay_s"}:
         state = views() if hook == "seen" else contacts()
@@ -230,7 +230,7 @@ def test_limit_curve_is_convex(effect: Effect, moving: bool, data: st.DataObject
 
 
 def power(effect: Effect, values: Values, state: Any) -> Any:
-    """What the part of a push that depends on the speed does to the motion (n,), W/kg.
+    """Returns the power (n,), W/kg, that the part of a push that depends on the speed does on the motion.
 
     An arm that shakes the plate does work on a slide and none on a block at rest, whatever the speed.
     """
@@ -305,7 +305,7 @@ def test_signs_and_bounds_are_enforced(effect: Effect) -> None:
 
 @EVERY
 def test_a_model_goes_through_its_table(effect: Effect) -> None:
-    """What is written is read back."""
+    """A written model is read back the same."""
     model = Model(mu_s=0.4, scatter=0.1, terms=(Term(effect, typical(effect)),))
     assert model_of_table(table_of_model(model), KNOWN) == model
 

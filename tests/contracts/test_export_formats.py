@@ -1,4 +1,4 @@
-"""What every export format promises, run over every format that is found."""
+"""Every export format that is found keeps its promises."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an exported file carries of each effect is the effect: the same bits at the same states, without this package.
+"""An exported file carries each effect as it is: the same bits at the same states, without this package.
 
 It runs over every effect that is found, over one of a user's own, and over every kind of term without a name.
 """

@@ -38,7 +38,7 @@ from tests.unit.proof.test_report import ABOUT, CASES, column
 
 ROOT = Path(__file__).parents[2]
 INTERVALS = ("errorbar", "fill_between", "axhspan", "axvspan")
-"""What matplotlib draws bars and bands with."""
+"""The functions with which matplotlib draws bars and bands."""
 
 
 @dataclass

@@ -1,4 +1,4 @@
-"""Who may import whom, as the house was laid out."""
+"""The floors of the house say who may import whom."""
 
 import importlib
 import re

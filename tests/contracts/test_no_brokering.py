@@ -80,7 +80,7 @@ def test_a_client_is_turned_away(rig: Rig) -> None:
 @pytest.mark.parametrize("gateway", GATEWAYS, ids=["plain", "as a gateway"])
 @pytest.mark.parametrize("mode", ["peer", "router"])
 def test_who_reaches_the_camera_reaches_nobody_behind_it(rig: Rig, mode: str, gateway: dict[str, Any]) -> None:
-    """What the stranger hears in the end was sent after all that it tried: nothing of that is still on its way."""
+    """The stranger hears in the end what was sent after all that it tried: nothing of that is still on its way."""
     heard, replies, seen = list[str](), list[Any](), list[Received]()
     rig.camera.subscribe("session/heartbeat", seen.append)
     with stranger(rig.at, mode, gateway) as session:

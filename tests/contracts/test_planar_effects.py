@@ -179,7 +179,7 @@ def test_creep_moves_the_block_before_its_onset() -> None:
 
 
 def test_shaking_moves_onsets_by_what_is_drawn() -> None:
-    """On average a block slips early; what is drawn comes on top of that."""
+    """A block slips early on average; what is drawn comes on top of that."""
     commands = slow(run=[0.0, 1.0, 2.0])
     chances = Chances(friction=np.ones(3), shake=np.array([-2.0, 0.0, 1.0]))
     found = simulate(commands, model("arm_vibration", sd_m_s2=0.1), chances=chances).onset_rad

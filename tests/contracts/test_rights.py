@@ -1,4 +1,4 @@
-"""Who may do what with a rig's keys: every role, and everyone without rights, against every topic and every service."""
+"""Rights hold for every role, and for everyone without rights, against every topic and every service of a rig."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from tests.patience import PATIENCE_S
 from tests.system.ports import free_port
 
 SETTLE_S = 1.5
-"""In which links stand and declarations arrive, on a busy machine too; what is awaited is waited for longer."""
+"""Links stand and declarations arrive in this time, on a busy machine too; what is awaited is waited for longer."""
 SERVING = ("camera", "arm", "station")
 """The processes that serve something."""
 OUTSIDERS = ("revoked camera", "expired station", "stranger")
@@ -130,7 +130,7 @@ SAID = {
     "expired station": ("", "certificate has expired"),
     "stranger": ("", "No link with tls/127.0.0.1:"),
 }
-"""What is said where somebody is refused, and by whoever is refused."""
+"""The words that are said where somebody is refused, and by whoever is refused."""
 
 
 @pytest.mark.parametrize("who", SAID)
@@ -214,7 +214,7 @@ def test_what_goes_beyond_ones_rights_is_said_by_ones_own_end(
 def test_a_camera_agent_cannot_stand_in_for_the_station(
     keys: Path, agents: Agents, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What counts is the certificate, not the name under which a process announces itself."""
+    """The certificate counts, not the name under which a process announces itself."""
     monkeypatch.setenv("REPOSE_KEYS", str(keys / "good" / "camera"))
     arm = agents.buses[1]
     with ZenohBus("rights", connect=agents.rig.bus.endpoint("arm"), process="station") as other:

@@ -1,4 +1,4 @@
-"""Both simulators take terms without a name from a model.toml, and make the same of them, within a stated tolerance."""
+"""The two simulators take terms without a name from a model.toml, and make the same of them, within a tolerance."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Docstrings of the program begin with a subject or a verb, not with half a question; Args and Returns tell shapes."""
+"""Docstrings of the program and its tests begin with a subject or a verb, not with half a question."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ HALVES = frozenset(
 """The first words of sentences without a main verb: "Of the mean theta", "Whether it fits", "From words to a mark"."""
 HALF_COMMENTS = frozenset({"of", "what", "whether", "how", "nor", "else", "so"})
 """The first words of comments that must be read together with the code, or twice: "of f (1 - f)", "nor is this"."""
-FOLDERS = ("pi_agent", "shared", "station")
+FOLDERS = ("pi_agent", "shared", "station", "tests")
 
 Told = tuple[str, str]
-"""Where a docstring stands, and its first line."""
+"""The place of a docstring, and its first line."""
 
 
 def docstrings(folder: str) -> Iterator[Told]:

@@ -1,1 +1,1 @@
-"""What other systems lack, taken away from a running interpreter."""
+"""A running interpreter lacks what other systems lack."""

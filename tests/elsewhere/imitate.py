@@ -149,7 +149,7 @@ def run(words: list[str]) -> dict[str, Any]:
             status = ended.code
         except BaseException:
             status, _ = "traceback", out.write(traceback.format_exc())
-    letters = out.encoding if words[0] == "pytest" else "utf-8"  # of another system's pytest nothing is promised
+    letters = out.encoding if words[0] == "pytest" else "utf-8"  # another system's pytest promises nothing
     return {"words": words, "status": status, "said": pipe.getvalue().decode(letters)}
 
 

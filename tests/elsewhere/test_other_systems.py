@@ -22,7 +22,7 @@ from tests.elsewhere.imitate import ABSENT_ON_WINDOWS, PLATFORMS
 ROOT = Path(__file__).parents[2]
 SHARED = [str(ROOT / "tests/unit/shared" / name) for name in ("test_system.py", "test_clock.py")]
 LINUX_ONLY = ("station/app/deploy/target", "pi_agent/cameras")
-"""What runs on the Raspberry Pi alone."""
+"""The modules that run on the Raspberry Pi alone."""
 
 
 def commands() -> list[str]:
@@ -63,7 +63,7 @@ def elsewhere(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
 
 
 def told(elsewhere: tuple[str, Path], *words: str) -> dict[str, Any]:
-    """What came of the command line that begins with these words."""
+    """Returns the record of the command line that begins with these words."""
     lines = json.loads((elsewhere[1] / "told.json").read_text(encoding="utf-8"))
     (line,) = [line for line in lines if line["words"][: len(words)] == list(words) and line["words"][-1] != "--help"]
     return line

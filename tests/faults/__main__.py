@@ -97,7 +97,7 @@ def _trials(lab: Lab, row: Row, options: argparse.Namespace) -> tuple[list[Outco
             outcomes.append(try_once(lab, row, Random(f"{options.seed} {row.name} {number}")))
         except (FailedError, UserError, subprocess.SubprocessError, OSError) as error:
             failed.append(f"trial {number}: {error}")
-            lab.close()  # so that the next one begins with fresh processes
+            lab.close()  # the next one begins with fresh processes
         lab.sweep()
     return outcomes, failed
 

@@ -25,7 +25,7 @@ PROCESSES = {
     "arm": ("station", "arm"),
     "camera": ("pi_agent", "run"),
 }
-"""In the order in which they are started."""
+"""The processes in the order in which they are started."""
 EARS = {
     "camera": ("camera/corners",),
     "arm": ("arm/platform",),
@@ -51,7 +51,7 @@ class Lab:
 
     @property
     def disk(self) -> Path:
-        """Where the sessions record to."""
+        """The folder that the sessions record to."""
         return self.folder / "disk"
 
     def mount(self, megabytes: int, *, ext4: bool = False) -> None:
@@ -148,11 +148,11 @@ class Lab:
             self._start(f"ear of {name}", name, *words)
 
     def heard_file(self, name: str) -> Path:
-        """Where the listener beside a process writes."""
+        """Returns the file that the listener beside a process writes."""
         return self.folder / f"heard.{name}.jsonl"
 
     def heard(self, name: str, topic: str = "") -> Iterator[dict[str, Any]]:
-        """What the listener beside a process heard, so far."""
+        """Yields what the listener beside a process has heard so far."""
         file = self.heard_file(name)
         for line in file.read_text(encoding="utf-8").splitlines() if file.exists() else ():
             with contextlib.suppress(ValueError):  # the last line may be half written

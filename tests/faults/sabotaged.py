@@ -24,7 +24,7 @@ _GREY = 128
 
 
 class Control:
-    """What is asked for now."""
+    """The values that the file asks for now."""
 
     def __init__(self, path: Path) -> None:
         self._path, self._due_s, self._values = path, 0.0, dict[str, Any]()

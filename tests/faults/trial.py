@@ -32,7 +32,7 @@ LEVEL_DEG = 0.3
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a fault cost.
+    """The cost of a fault.
 
     `lost` corners that the camera's own listener heard and the recording lacks, of `corners`; `counted`: missing ones
     that the recording itself tells of; `lost_samples`; `valid`: it opens, its checksums hold and its decisions follow;
@@ -52,7 +52,7 @@ class Outcome:
     words: str
     doubts: str
     story: tuple[str, ...] = ()
-    """What the session did meanwhile, with the tilt: seconds after the fault began, phase, degrees."""
+    """The course of the session meanwhile, with the tilt: seconds after the fault began, phase, degrees."""
 
 
 def try_once(lab: Lab, row: Row, random: Random) -> Outcome:
@@ -88,7 +88,7 @@ def try_once(lab: Lab, row: Row, random: Random) -> Outcome:
 
 
 def _saved(path: Path) -> str:
-    """What a session that was cut off leaves, made whole as the next start would."""
+    """Makes whole what a cut-off session leaves, as the next start would, and says so."""
     partial = path.with_name(path.name + ".partial")
     if not path.exists() and partial.exists():
         return repair(partial).sentence.partition(": ")[2]
@@ -117,7 +117,7 @@ def _derives(found: Verification) -> bool:
 
 
 def _corners(lab: Lab, reader: RecordingReader) -> tuple[int, int]:
-    """How many corners the camera's listener heard between the recording's first and last, and how many it lacks."""
+    """Counts the corners that the camera's listener heard between the recording's ends, and those that it lacks."""
     recorded = set[tuple[int, int]]()
     ends: dict[int, list[int]] = {}
     times: list[int] = []
@@ -147,7 +147,7 @@ def _samples(lab: Lab, reader: RecordingReader) -> int:
 
 
 def _arm(lab: Lab, begin_ns: int, end_ns: int) -> tuple[float, float]:
-    """By how much the tilt grew while the fault lasted, after the time to react, and what it was at the end (deg)."""
+    """Returns how much the tilt grew while the fault lasted, after the time to react, and its end value (deg)."""
     tilts = [(told["t"], math.degrees(told["tilt"])) for told in lab.heard("arm", "arm/platform")]
     during = [tilt for at, tilt in tilts if begin_ns + REACTS_S * 1e9 <= at <= end_ns]
     rose, lowest = 0.0, math.inf
@@ -159,7 +159,7 @@ def _arm(lab: Lab, begin_ns: int, end_ns: int) -> tuple[float, float]:
 
 
 def _told(lab: Lab, begin_ns: int, end_ns: int) -> str:
-    """Why a run was given up, in the session's words."""
+    """Says why a run was given up, in the session's words."""
     events = lab.heard("station", "session/event")
     reasons = [told["reason"] for told in events if told["phase"] == "ABORTED" and begin_ns <= told["t"] <= end_ns]
     return reasons[0] if reasons else "the run went on"

@@ -1,4 +1,4 @@
-"""What is concealed in the twin: for each effect its draw, its parameters in the key's words, and what it changes.
+"""The twin conceals effects: for each its draw, its parameters in the key's words, and what it changes.
 
 Identifiers and parameters are those of tests/concealed, so that one scorer reads both keys.
 """
@@ -20,7 +20,7 @@ Parameters = dict[str, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Changes:
-    """What differs from the plain twin. `ellipse` is ln of mu along its axis over mu across it.
+    """The differences from the plain twin. `ellipse` is ln of mu along its axis over mu across it.
 
     `level` is gravity's part along the plate (x, y) where the arm believes it level; the camera's stamps are `late`
     by so many frames, and its picture moves uphill by `sag_px` where the plate stands upright.
@@ -132,4 +132,4 @@ EFFECTS = {
         _ellipse("plate"),
     )
 }  # fmt: skip
-"""In the order of their turns: neighbours are of different kinds."""
+"""The effects in the order of their turns: neighbours are of different kinds."""

@@ -22,7 +22,7 @@ class _OfFriction:
 
 @dataclass(frozen=True)
 class KineticDrop(_OfFriction):
-    """In motion friction is less by the share `drop`, at once."""
+    """Lowers friction in motion by the share `drop`, at once."""
 
     drop: float
 

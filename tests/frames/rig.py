@@ -27,7 +27,7 @@ from tests.frames.effects import Changes
 from tests.frames.sessions import Design
 
 ASKEW_RAD = 0.03
-"""So far a hand turns a block that it means to lay straight."""
+"""A hand that means to lay a block straight turns it by up to this angle."""
 
 
 def friction_of(design: Design, mean_mu: float, changes: Changes) -> Friction:
@@ -76,7 +76,7 @@ def leaning(level: tuple[float, float]) -> np.ndarray:
 
 
 _Moment = tuple[Sequence[float], Pose, TwinScene]
-"""Of a frame: the plate's quaternion, the block's pose, the scene."""
+"""A frame's plate quaternion, block pose and scene."""
 
 
 @dataclass(eq=False)
@@ -89,7 +89,7 @@ class _Ago:
 
     @property
     def world(self) -> _Ago:
-        """What the camera without pixels looks at."""
+        """The world that the camera without pixels looks at."""
         return self
 
     def take(self, now_ns: int) -> None:

@@ -1,4 +1,4 @@
-"""How a session in the twin is done: pair, runs, scatter, protocol, and the rig file that its user would have."""
+"""A session in the twin has a design: pair, runs, scatter, protocol, and the rig file that its user would have."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from station.sampling.plan import DirectionPlan, DwellPlan, Plan, SlipPlan, Tilt
 from tests.concealed.design import PAIRS
 
 FEATURES = ("free", "yaw", "replace", "dwell")
-"""What a session may vary: the azimuth, the block's yaw, its place, the dwell. `calm` means little scatter."""
+"""The factors that a session may vary: the azimuth, the block's yaw, its place, the dwell. `calm` is little scatter."""
 RIG_ID = "bench"
 
 

@@ -155,7 +155,7 @@ def _report(outcomes: Sequence[Outcome], targets: Sequence[Target]) -> int:
 
 
 def _kind(finding: str) -> str:
-    """What two findings have in common: where and what of a traceback, without values."""
+    """Returns what similar findings have in common: where and what of a traceback, without values."""
     lines = [line.strip() for line in finding.strip().splitlines()]
     places = [line for line in lines if line.startswith("File ")]
     return f"{places[-1] if places else ''} {lines[-1].partition(':')[0][:80]}"

@@ -132,7 +132,7 @@ def of_table(random: Random, table: Any) -> Any:
         if what < 0.5:
             holder[key] = of_value(random, holder.get(key) if isinstance(holder, dict) else holder[key])
         elif what < 0.7:
-            holder[key] = deepcopy(random.choice(ANY))  # what is in it is changed later on, and `ANY` must not be
+            holder[key] = deepcopy(random.choice(ANY))  # its content is changed later on, and `ANY` must not be
         elif what < 0.8:
             holder[key] = [holder.get(key) if isinstance(holder, dict) else holder[key]]
         elif isinstance(holder, dict):
@@ -143,7 +143,7 @@ def of_table(random: Random, table: Any) -> Any:
 
 
 def places(value: Any) -> list[tuple[Any, Any]]:
-    """Where a value can stand in nested tables and lists, however deep they are, the outer places first."""
+    """Returns the places of values in nested tables and lists, however deep they are, the outer places first."""
     found, holders, known = list[tuple[Any, Any]](), [value], {id(value)}
     for holder in holders:
         keys = [*cast(dict[Any, Any], holder)] if isinstance(holder, dict) else [*range(len(holder))]

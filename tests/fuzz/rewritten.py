@@ -37,7 +37,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Content:
-    """What a file holds."""
+    """The content of a file."""
 
     lines: tuple[Line, ...]
     files: tuple[tuple[str, bytes], ...]

@@ -17,7 +17,7 @@ from tests.unit.recording.session import START_NS, provenance, traffic
 GOLDEN = Path(__file__).parents[1] / "golden" / "session.mcap"
 _OF_THE_GOLDEN = 900
 _EACH = 7
-"""Of the frequent messages every seventh is kept."""
+"""One in so many of the frequent messages is kept."""
 
 
 @cache

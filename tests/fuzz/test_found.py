@@ -1,4 +1,4 @@
-"""What fuzzing found, one input each: refused in a sentence now, or shown without harm."""
+"""Every input that fuzzing found is refused in a sentence now, or shown without harm: one test each."""
 
 from __future__ import annotations
 

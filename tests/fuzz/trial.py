@@ -18,13 +18,13 @@ from shared.visible import sentence
 from tests.fuzz.target import Target, Unclear, refuse_unclear
 
 LIMIT_S = 20.0
-"""Of processor time for one input: the largest seeds take some tenths of a second."""
+"""The processor time for one input may be this long: the largest seeds take some tenths of a second."""
 LIMIT_BYTES = 1 << 30
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How one input was read. `finding` is empty for an answer and for a refusal in words."""
+    """The reading of one input. `finding` is empty for an answer and for a refusal in words."""
 
     target: str
     number: int

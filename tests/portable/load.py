@@ -13,7 +13,7 @@ BUSY = "import os, sys\nwhile os.getppid() == int(sys.argv[1]):\n    sum(range(1
 
 @contextlib.contextmanager
 def load(count: int) -> Generator[list[int]]:
-    """So many processes that compute for nothing; gives their process ids.
+    """Starts `count` processes that compute for nothing, and yields their process ids.
 
     They have a session of their own, so that Ctrl-C reaches only the process that ends them.
     """

@@ -54,7 +54,7 @@ def variants(here: Paths, *, machine: str = platform.machine()) -> list[Variant]
         if NEEDS.get(core) in {None, *here.opencv}
     ]
     oldest = [numpy, *blas[:1], opencv, libm, numba, threads(1)]
-    # What is empty here was taken away before: an empty list would bring it back.
+    # A value that is empty here was taken away before: an empty list would bring it back.
     together = {name: value for one in oldest for name, value in one.environment.items() if value}
     return [
         Variant(PLAINEST, "all older code paths at once, in one thread", together),

@@ -28,7 +28,7 @@ WORDS: Mapping[str, str] = {
 
 
 def features(plan: Mapping[str, Any] | None) -> frozenset[str]:
-    """What the advised experiment varies, by its reason: its plan also has what was recorded."""
+    """Returns what the advised experiment varies, by its reason: its plan also has what was recorded."""
     if plan is None:
         return frozenset()
     return frozenset(name for name, words in WORDS.items() if re.search(words, str(plan["why"]), re.IGNORECASE))

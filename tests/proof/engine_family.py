@@ -111,7 +111,7 @@ class EngineFamily(PlannedFamily):
         return session
 
     def truths(self, protocol: Protocol, tier: str, told: Json) -> Iterator[Truth]:
-        """As the patch world's."""
+        """Yields the truths as the patch world's family does."""
         for name, entry in told["cases"].items():
             yield truth_of(entry, json.loads(_record(protocol.key(tier), name).read_text("utf-8")))
 

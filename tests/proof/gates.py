@@ -160,7 +160,7 @@ def _of_places_and_numbers(cases: Sequence[Scored]) -> list[Gate]:
 
 
 def _of_predictions(cases: Sequence[Scored]) -> list[Gate]:
-    """Of runs that the fits have not seen."""
+    """Returns the gates of the predictions of runs that the fits have not seen."""
     right = [one for one in of_kind(cases, "single") if one.strong and one.right_first]
     onset, path = ([one.falls(name) for one in right] for name in ("onset_rmse_deg", "path_rmse_mm"))
     return [
@@ -284,7 +284,7 @@ def _median(values: Array) -> float:
 
 
 def _sd(values: Array) -> float:
-    """About zero: a bias counts as well."""
+    """Returns the standard deviation about zero: a bias counts as well."""
     return float(np.sqrt(np.mean(values**2))) if len(values) > 1 else math.nan
 
 

@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 KEY = "key.json"
 _HASH = re.compile(r"\b([0-9a-f]{64})\b")
 Tell = Callable[[str, int, int], None]
-"""What is done, how much of it, of how much."""
+"""Tells what is done, how much of it, of how much."""
 
 
 def require_generator(module: str) -> None:
@@ -58,7 +58,7 @@ def make_tier(family: Family, protocol: Protocol, tier: str, *, jobs: int, tell:
 
 
 def _is_made(family: Family, protocol: Protocol, tier: str) -> bool:
-    """Whether all cases that are asked for are there, with the key that was sealed."""
+    """True if all cases that are asked for are there, with the key that was sealed."""
     key = protocol.key(tier) / KEY
     if not (protocol.seals.exists() and key.exists()):
         return False

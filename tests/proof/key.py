@@ -1,4 +1,4 @@
-"""What was concealed in each case, and the sealed key that says it."""
+"""A case's truth is what was concealed in it; the sealed key says it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ STRONG = 2.0 * (1.0 - 1e-3)
 """Effects at twice the detection limit or more; the key has five digits."""
 
 KINDS = ("null", "single", "pair", "confounded", "absorbed", "outside", "artefact")
-"""What a case asks of the tool; a tier of another name says it case by case."""
+"""The kinds of cases, by what they ask of the tool; a tier of another name says it case by case."""
 _KIND_OF: Mapping[str, str] = MappingProxyType({"null_nuisance": "null", "twin_null": "null"})
 
 
@@ -76,7 +76,7 @@ class Truth:
         return frozenset(name for effect in self.effects for name in effect.right)
 
     def each_named(self, names: Collection[str]) -> bool:
-        """Whether each concealed effect has a name of its own among these."""
+        """True if each concealed effect has a name of its own among these."""
         drawn = permutations(names, len(self.effects))
         return any(all(n in effect.right for n, effect in zip(some, self.effects, strict=True)) for some in drawn)
 
@@ -87,7 +87,7 @@ class Truth:
 
 
 def open_key(protocol: Protocol, tier: str) -> dict[str, Any]:
-    """What the key of a tier says.
+    """Returns what the key of a tier says.
 
     Raises:
         UserError: if the key is not the one whose hash was written down before the tool ran.
@@ -120,7 +120,7 @@ def truth_of(name: str, entry: Mapping[str, Any]) -> Truth:
 
 
 def _kind(entry: Mapping[str, Any]) -> str:
-    """By the tier's name, or by whether anything is concealed."""
+    """Returns the kind by the tier's name, or by whether anything is concealed."""
     kind = _KIND_OF.get(entry["tier"], entry["tier"])
     return kind if kind in KINDS else "single" if entry["effects"] else "null"
 

@@ -33,7 +33,7 @@ def html_page(about: About, columns: Sequence[Column]) -> str:
 
 
 def _verdict(columns: Sequence[Column]) -> str:
-    """How many gates were met, and which were not, over all families."""
+    """Counts the gates that were met, and names those that were not, over all families."""
     asked = [(column.title, gate) for column in columns for gate in column.gates if gate.met is not None]
     missed = [f"{gate.title} ({title})" for title, gate in asked if not gate.met]
     told = f"{len(asked) - len(missed)} of {len(asked)} gates are met"

@@ -1,4 +1,4 @@
-"""From the generator's parametrisation of an effect to the tool's, where the map is exact."""
+"""The generator's parametrisation of an effect is mapped to the tool's, where the map is exact."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def as_told(_told: Values, _truth: Truth, _rig: RigConfig) -> float:
 
 @dataclass(frozen=True)
 class Map:
-    """How an effect's parameters are called and scaled in the tool; None where this case has no exact map.
+    """The names and scales of an effect's parameters in the tool; None where this case has no exact map.
 
     `scale`: what the tool's values are times before they are compared, by all of its values of the effect.
     """
@@ -43,7 +43,7 @@ class Pull:
 def pulls_of(
     truth: Truth, said: Said, rig: RigConfig, *, maps: Mapping[str, Map], inexact: Mapping[str, str]
 ) -> tuple[list[Pull], dict[str, str]]:
-    """Of every rightly named effect of a case; and of those left out the reason."""
+    """Returns the pulls of every rightly named effect of a case, and the reasons why others are left out."""
     listed, left = list[Pull](), dict[str, str]()
     claimed = {effect["id"]: effect for effect in said.claimed}
     for effect in truth.effects:

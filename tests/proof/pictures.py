@@ -54,7 +54,7 @@ def _shown(name: str, figure: Figure, caption: Caption) -> Shown:
 
 
 def confusion_counts(cases: Sequence[Scored]) -> Counter[tuple[str, str]]:
-    """How often a truth (an effect, `none`, `other`) got a first name; strong singles, nulls, outside."""
+    """Counts how often a truth (an effect, `none`, `other`) got a first name; strong singles, nulls, outside."""
     counts = Counter[tuple[str, str]]()
     for case in of_kind(cases, "null"):
         counts["none", case.said.first] += 1
@@ -121,7 +121,7 @@ def _point(axes, x: float, share: float, count: int, colour: str) -> None:  # py
 
 
 def detected(cases: Sequence[Scored]) -> dict[str, dict[float, list[tuple[bool, bool]]]]:
-    """By effect and strength of the single cases: whether anything was claimed, and whether the name was right."""
+    """Returns, by effect and strength of the single cases, if anything was claimed, and if the name was right."""
     found: dict[str, dict[float, list[tuple[bool, bool]]]] = {}
     for case in of_kind(cases, "single"):
         effect = case.truth.effects[0]
@@ -160,7 +160,7 @@ def detection(cases: Sequence[Scored]) -> Drawing | None:
 
 
 def ranks(cases: Sequence[Scored]) -> Drawing | None:
-    """How the truths rank in what was said of their numbers; flat between the lines where the errors are right."""
+    """Draws the ranks of the truths in what was said of their numbers; flat where the errors are right."""
     pulls = [pull.z for one in of_kind(cases, "single", "pair") for pull in one.pulls()[0]]
     if not pulls:
         return None

@@ -1,4 +1,4 @@
-"""Whether the right place was found: run × phase × covariate, as the area under a ROC curve.
+"""A found place is judged by run × phase × covariate, as the area under a ROC curve.
 
 Generator and tool have words of their own for phases and covariates. A cell (run, phase, covariate) is scored by the
 tool with −log10 p of its located place, in full for the runs that it lists there and half for the others. The places
@@ -79,7 +79,7 @@ def truly(effect: Concealed) -> frozenset[Cell]:
 
 
 def place_right(said: Said, effect: Concealed) -> bool:
-    """Whether any of the effect's places is among the located ones; by the phases alone where no covariate is known."""
+    """True if any of the effect's places is among the located ones; by the phases alone where no covariate is known."""
     found = found_places(said)
     if effect.acted:
         largest = max(effect.acted.values())
@@ -153,7 +153,7 @@ def _score(found: Mapping[Cell, Mapping[str, Any]], place: Cell, run: int) -> fl
 
 
 def auc(positive: Sequence[float], negative: Sequence[float]) -> float:
-    """Of a positive and a negative drawn at random, how often the positive is scored higher; ties are half."""
+    """Returns how often a positive is scored higher than a negative, both drawn at random; ties are half."""
     if not positive or not negative:
         return math.nan
     ranks: Array = rankdata(np.concatenate([positive, negative]))

@@ -1,4 +1,4 @@
-"""Which cases of a family are made, and where everything of them lies."""
+"""The protocol tells which cases of a family are made, and where everything of them lies."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Protocol:
         return self.out / "seals.json"
 
     def result(self, tier: str, case: str) -> Path:
-        """What the tool said of a case."""
+        """Returns the path of what the tool said of a case."""
         return self.out / "results" / tier / f"{case}.json"
 
     def refit(self, tier: str, case: str) -> Path:

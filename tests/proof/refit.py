@@ -1,4 +1,4 @@
-"""How much of the gap could be closed at all: the true effects, refitted on the same runs, beside tool and rivals.
+"""The true effects, refitted on the same runs beside tool and rivals, tell how much of the gap could be closed.
 
 This runs after the key is open and never before. All are judged on runs that they have not seen, with the same folds:
 by their onsets and slides, and by the tool's own likelihood.
@@ -35,7 +35,7 @@ from tests.proof.rivals import Table, rival_named
 
 @dataclass(frozen=True, kw_only=True)
 class Refit:
-    """What to refit: a case's true effects, what the tool named (its model's tables), and the rivals by name."""
+    """A task of refitting: a case's true effects, what the tool named (its model's tables), and the rivals by name."""
 
     case: Path
     result: Path

@@ -26,7 +26,7 @@ MISSED, NO_CASES = "MISSED", "no such cases"
 
 @dataclass(frozen=True, kw_only=True)
 class About:
-    """Where the figures come from."""
+    """The origin of the figures."""
 
     date: str
     command: str
@@ -141,7 +141,7 @@ def _bold(text: str) -> str:
 
 
 def _of_family(column: Column) -> list[str]:
-    """What stands below the table: the cases, what was left out and why, the rivals, the key's hashes, the pictures."""
+    """Returns the text below the table: the cases, what was left out and why, rivals, the key's hashes, pictures."""
     text = ["", f"## {column.title}: {made(column)}", "", *(f"- {line}" for line in notes(column))]
     if column.lines:
         text += ["", *_table(RIVAL_COLUMNS, [rival_row(line) for line in column.lines])]
@@ -154,7 +154,7 @@ def made(column: Column) -> str:
 
 
 def notes(column: Column) -> list[str]:
-    """What was not made, what was left out of the comparison of numbers, and the keys' hashes."""
+    """Says what was not made, what was left out of the comparison of numbers, and the keys' hashes."""
     name, proof = column.proof.family.name, column.proof
     left = left_out(proof.cases)
     return [

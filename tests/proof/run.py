@@ -130,7 +130,7 @@ def _task(protocol: Protocol, truth: Truth, said: Said, able: tuple[str, ...]) -
 
 
 def _done(task: Refit) -> bool:
-    """Whether the case was refitted with all of these rivals."""
+    """True if the case was refitted with all of these rivals."""
     if not task.result.exists():
         return False
     return set(task.rivals) <= json.loads(task.result.read_text("utf-8"))["rivals"].keys()

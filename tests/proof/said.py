@@ -1,4 +1,4 @@
-"""What the tool said of a case, read from its JSON as any user would read it."""
+"""The answer of the tool to a case is read from its JSON as any user would read it."""
 
 from __future__ import annotations
 

@@ -38,37 +38,37 @@ class Scored:
 
     @property
     def strong(self) -> bool:
-        """Whether every concealed effect should be found without doubt."""
+        """True if every concealed effect should be found without doubt."""
         return bool(self.truth.effects) and all(effect.strong for effect in self.truth.effects)
 
     @property
     def alarmed(self) -> bool:
-        """Whether anything is claimed; a fault of the tool is no silence and counts as an alarm."""
+        """True if anything is claimed; a fault of the tool is no silence and counts as an alarm."""
         return self.said.fault is not None or bool(self.said.claimed)
 
     @property
     def significant(self) -> bool:
-        """Whether the global p is below 5 %."""
+        """True if the global p is below 5 %."""
         return number(self.said.answer.get("global_p")) < 0.05
 
     @property
     def right_first(self) -> bool:
-        """Whether the first name is a true one."""
+        """True if the first name is a true one."""
         return self.said.first in self.truth.right
 
     @property
     def right_class(self) -> bool:
-        """Whether every truth stands in some claimed class."""
+        """True if every truth stands in some claimed class."""
         return all(effect.right & self.said.within for effect in self.truth.effects)
 
     @property
     def both(self) -> bool:
-        """Whether every truth is a name of its own."""
+        """True if every truth is a name of its own."""
         return self.truth.each_named(self.said.names)
 
     @property
     def wrongly_confident(self) -> bool:
-        """Whether a name that is no truth is said without doubt: supported, alone in its class, at 0.9 or more."""
+        """True if a name that is no truth is said without doubt: supported, alone in its class, at 0.9 or more."""
         sure = {effect["id"] for effect in self.said.claimed if number(effect["probability"]) >= CONFIDENT}
         return any(name not in self.truth.right and name in sure for name in self.said.confident)
 
@@ -79,17 +79,17 @@ class Scored:
 
     @property
     def located(self) -> bool:
-        """Whether a place of any concealed effect was found."""
+        """True if a place of any concealed effect was found."""
         return any(place_right(self.said, effect) for effect in self.truth.effects)
 
     @property
     def advised(self) -> bool:
-        """Whether the next experiment would split what the design confounds."""
+        """True if the next experiment would split what the design confounds."""
         return advice_right(self.truth, self.said)
 
     @property
     def explained(self) -> bool:
-        """Whether it is said that the concealed effect cannot be tested, and what that takes."""
+        """True if the answer says that the concealed effect cannot be tested, and what that takes."""
         return reason_right(self.truth, self.said)
 
     @property
@@ -122,12 +122,12 @@ class Scored:
         return number(self.said.answer.get("fit", {}).get(when, {}).get(figure))
 
     def falls(self, figure: str) -> bool | None:
-        """Whether an error of unseen runs, `onset_rmse_deg` or `path_rmse_mm`, is less after than before."""
+        """True if an error of unseen runs, `onset_rmse_deg` or `path_rmse_mm`, is less after than before."""
         before, after = (self.error(figure, when) for when in ("before", "after"))
         return after < before if math.isfinite(before) and math.isfinite(after) else None
 
     def aucs(self) -> list[float]:
-        """Of each concealed effect."""
+        """Returns the area under the ROC curve of each concealed effect's place."""
         effects = self.truth.effects
         return [place_auc(self.said, effect, others=_without(effects, effect)) for effect in effects]
 
@@ -154,5 +154,5 @@ def _without(effects: Sequence[Concealed], one: Concealed) -> list[Concealed]:
 
 
 def of_kind(cases: Sequence[Scored], *kinds: str) -> list[Scored]:
-    """Those of some kinds."""
+    """Returns the cases of some kinds."""
     return [case for case in cases if case.truth.kind in kinds]

@@ -15,7 +15,7 @@ from station.diagnosis.result import as_json
 from tests.proof.families import recording_of
 
 SEED = 1
-"""What the tool draws from; never another one, so that nobody can choose."""
+"""The seed that the tool draws from; it is never another one, so that nobody can choose."""
 
 _SOURCES = ("diagnosis", "physics", "signals", "recording")
 

@@ -39,7 +39,7 @@ class Line:
 
     @property
     def cells(self) -> tuple[Gate, ...]:
-        """In the table's order."""
+        """The gates in the order of the table."""
         return self.name, self.null_named, self.place, self.onset, self.path, self.gain, self.gap
 
 
@@ -72,7 +72,7 @@ def _tool(cases: Sequence[Scored]) -> Line:
 
 
 def _tool_place(case: Scored) -> bool:
-    """By its first located place alone, as the rivals have one."""
+    """True if its first located place is right, taken alone, as the rivals have one."""
     located = case.said.answer.get("located", ())
     first = cell(located[0]["phase"], located[0]["covariate"]) if located else None
     return any(first in truly(effect) for effect in case.truth.effects)

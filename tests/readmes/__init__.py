@@ -1,1 +1,1 @@
-"""What the READMEs show: each code block is run, read or parsed by a test."""
+"""Each code block that the READMEs show is run, read or parsed by a test."""

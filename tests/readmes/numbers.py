@@ -1,4 +1,4 @@
-"""What was printed, its words apart from its numbers: another processor's may differ in their last digits."""
+"""The printed words are told from their numbers: another processor's may differ in their last digits."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ def revealed() -> str:
 
 
 def test_the_first_page_is_read_in_ten_minutes() -> None:
-    """What does not fit stands on the pages of the folders."""
+    """The pages of the folders hold what does not fit here."""
     assert len((ROOT / "README.md").read_text("utf-8").splitlines()) <= 150
 
 

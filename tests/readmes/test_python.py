@@ -17,7 +17,7 @@ PRINTS = {
     "station.diagnose(": ["No missing effect is supported", "Onsets of"],
     "station.analyze(": ["Angle of repose"],
 }
-"""What the files of the reader's folder make a block print that has these words; the other blocks print nothing."""
+"""The words that the files of the reader's folder make a block print; the other blocks print nothing."""
 
 MAKES = {"station/diagnosis/README.md": "report.html"}
 

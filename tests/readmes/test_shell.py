@@ -197,7 +197,7 @@ def _activated(line: str, _monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def _made(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What make would do; the commands of `make run` are read by their parsers, and run by other tests."""
+    """Checks what make would do; the commands of `make run` are read by their parsers, and run by other tests."""
     done = subprocess.run(["make", "-n", *shlex.split(line)[1:]], cwd=ROOT, capture_output=True, text=True, check=True)
     for command in re.findall(r"\.venv/bin/(station (?:rig|demo)[^|\n]*)", done.stdout):
         _parsed(command, monkeypatch)
@@ -239,7 +239,7 @@ def _python(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 ENGINES = {"numpy": "numpy", "mujoco": "mujoco", "pybullet": "pybullet", "drake": "pydrake"}
-"""What an exported file needs, by the end of its name."""
+"""The package that an exported file needs, by the end of its name."""
 
 
 def _generator(line: str, _monkeypatch: pytest.MonkeyPatch) -> None:

@@ -27,7 +27,7 @@ PHYSICS = "station/physics/README.md"
 
 
 def _sources(text: str) -> None:
-    """In the example rig file each table is a source that could be opened."""
+    """Checks that each table in the example rig file is a source that could be opened."""
     rig = Path(shutil.copy(ROOT / "deploy" / "rig.example.toml", "example.toml"))
     rig.write_text(rig.read_text(encoding="utf-8") + text, encoding="utf-8")
     clock = SimulatedClock()
@@ -105,7 +105,7 @@ READERS: dict[str, Callable[[str], None]] = {
     "notify": _notified,
     "bus": _ros2,
 }
-"""What reads a block, by its first table."""
+"""The readers of a block, by its first table."""
 
 
 @pytest.mark.parametrize("block", blocks("toml"), ids=lambda block: f"{block.readme}-{next(iter(_tables(block)))}")

@@ -24,7 +24,7 @@ GAP_NS = 50_000_000
 
 @dataclass(frozen=True, kw_only=True)
 class Arm:
-    """How an arm reports: white noise of a reading (rad, about each axis), and over how long its rates are means."""
+    """The reports of an arm: white noise of a reading (rad, about each axis), and over how long its rates are means."""
 
     noise_rad: float = 0.0
     filtered_s: float = 0.0

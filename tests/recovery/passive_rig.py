@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 _HALF_IMAGE_M = 0.05
 _LEAST_WAY_M = 0.01
 _REACH_M = 0.038
-"""Where the block's centre is when it touches the foam."""
+"""The distance of the block's centre from the plate's when the block touches the foam."""
 _SEEN_M = 20 / 6000
 _TABLE = 2 * math.pi / 1440
 
@@ -32,7 +32,7 @@ def ellipse(mu_1: float, mu_2: float, axis_rad: float = 0.0) -> Callable[[Floats
 
 @dataclass(frozen=True, kw_only=True)
 class Rig:
-    """What is planted. Angles in radians; `one_way` and so on belong into `mu`.
+    """The planted friction and errors. Angles in radians; `one_way` and so on belong into `mu`.
 
     `excess` is by how much the pull exceeds what holds while the block slides, `unresolved` the share of onsets that
     could not be fitted, `tail_dof` the degrees of freedom of ln mu's scatter (infinite: normal). `fixed_to_plate` says

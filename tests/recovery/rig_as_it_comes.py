@@ -22,7 +22,7 @@ WIDTH = 150
 
 @dataclass(frozen=True, kw_only=True)
 class Said:
-    """What a diagnosis says of one session: the verdict, the effects claimed with their chances, and the global p.
+    """The diagnosis of one session: the verdict, the effects claimed with their chances, and the global p.
 
     `printed` is what the terminal shows of it, in lines of WIDTH characters.
     """

@@ -1,4 +1,4 @@
-"""What a recording cannot show is allowed for: it is given no other name, and does not feed on the scatter."""
+"""Causes that a recording cannot show are allowed for: they get no other name, and do not feed on the scatter."""
 
 from __future__ import annotations
 

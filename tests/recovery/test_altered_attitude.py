@@ -1,4 +1,4 @@
-"""What an arm that reports badly does to the evidence: no more than the rows say, and to no side.
+"""An arm that reports badly changes the evidence by no more than the rows say, and to no side.
 
 The rows of one concealed session are read with an exact attitude, and again with a noisy one or filtered rates. What
 they differ by is what the attitude does, whatever else is wrong with a row.

@@ -44,7 +44,7 @@ def wood_on_wood(count: int, seed: int) -> list[Sample]:
 
 
 class Links(HTMLParser):
-    """What a page loads, and its list items."""
+    """The links that a page loads, and its list items."""
 
     def __init__(self) -> None:
         super().__init__()

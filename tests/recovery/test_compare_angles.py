@@ -1,4 +1,4 @@
-"""On the simulated rig, with the paper's biases planted, the comparison finds them again.
+"""The comparison on the simulated rig finds the paper's planted biases again.
 
 The whole command in simulated time: twin, arm agent, sources, procedure, recording, and the numbers from the recording.
 """
@@ -51,7 +51,7 @@ resolution_deg = 0.01
 
 @dataclass(frozen=True)
 class Result:
-    """What the command left behind."""
+    """The files and numbers that the command left behind."""
 
     recording: Path
     text: str

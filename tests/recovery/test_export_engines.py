@@ -40,7 +40,7 @@ def installed(name: str) -> Engine:
 
 
 def off_deg(engine: Engine, folder: Path, stem: str, direction: float, *, object_yaw_rad: float = 0.0) -> float:
-    """How much later than measured the object starts towards a direction (from x of the measured body)."""
+    """Returns how much later than measured the object starts towards a direction (from x of the measured body)."""
     expected = float(PAIRS[stem].angle_rad(direction))
     bench = engine.load(folder, stem, object_yaw_rad=object_yaw_rad)
     # The bench pulls along the world's axes, the object has been turned against them.

@@ -29,14 +29,14 @@ from tests.unit.export.models import CREEPS, TEXTS, TURNS, file_of, model_of
 
 MODULES = {"numpy": "numpy", "mujoco-python": "mujoco", "pybullet": "pybullet", "drake": "pydrake"}
 WITHIN_DEG = {"numpy": 0.005, "mujoco-python": 0.01, "pybullet": 0.03, "drake": 0.02}
-"""Of the tilt at 2°/s when the block has gone 0.1 mm. A step of 1 ms is 0.002°. MuJoCo reads each friction one step
-late. Bullet's solver stops after 50 rounds. Drake's friction is full at 10 µm/s alone: until it slides, the block
-creeps by 10 µm a second, a tenth of the way that is seen."""
+"""The tolerance of the tilt at 2°/s when the block has gone 0.1 mm. A step of 1 ms is 0.002°. MuJoCo reads each
+friction one step late. Bullet's solver stops after 50 rounds. Drake's friction is full at 10 µm/s alone: until it
+slides, the block creeps by 10 µm a second, a tenth of the way that is seen."""
 
 WITHIN_MS = {"numpy": 1.0, "mujoco-python": 4.0, "pybullet": 10.0, "drake": 6.0}
-"""Of the path a quarter of a second later, in the time that the block takes for it; a step is 1 ms. MuJoCo's friction
-is that of the step before. What Bullet's and Drake's creep has added to the first 0.1 mm (10 µm) is 3 ms of a slide
-that begins from rest as t³; where friction falls with speed, such a start is felt longer."""
+"""The tolerance of the path a quarter of a second later, in the time that the block takes for it; a step is 1 ms.
+MuJoCo's friction is that of the step before. What Bullet's and Drake's creep has added to the first 0.1 mm (10 µm) is 3
+ms of a slide that begins from rest as t³; where friction falls with speed, such a start is felt longer."""
 
 DIRECTIONS = (math.radians(25), math.radians(250))
 ALIKE = {"plain", "static_and_kinetic", "speed_law"}

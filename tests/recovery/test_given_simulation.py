@@ -32,7 +32,7 @@ REPEATS = 14
 SCATTER = 0.06
 SETTING = Setting(opening_radius_m=OPENING_RADIUS_M)
 NEAR = {"kinetic_drop", "stribeck", "contact_aging"}
-"""What this session cannot tell from a drop, or not always."""
+"""The effects that this session cannot tell from a drop, or not always."""
 
 
 def known() -> Catalogue:

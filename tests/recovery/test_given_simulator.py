@@ -104,7 +104,7 @@ def test_the_difference_is_named_and_the_simulator_gets_better(
 
 
 def _it_gets_better(table: Mapping[str, Any], *, level: bool, slide: bool) -> None:
-    """In runs that the numbers know nothing of; what is left of the onset is the runs' own scatter."""
+    """Checks that errors fall in runs that the numbers do not know; of the onset the runs' own scatter is left."""
     before, after = table["before"], table["after"]
     assert table["held_out"]
     for figure in ("onset_rmse_deg", "onset_median_deg", "onset_trimmed_deg"):

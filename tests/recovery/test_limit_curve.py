@@ -92,7 +92,7 @@ def test_a_curve_that_is_no_ellipse_is_recovered_in_every_direction():
 
 
 def test_a_circle_is_seldom_called_anything_else():
-    """Of 24 sessions of 80 runs 1.2 are expected below 5 %; six or more would come once in 1000 times."""
+    """Among 24 sessions of 80 runs 1.2 are expected below 5 %; six or more would come once in 1000 times."""
     many = played(Rig(mu=ellipse(0.36, 0.36)), count=24, runs=80)
     found = [choose(many.observations(number)) for number in range(24)]
     assert sum(one.p_isotropic < 0.05 for one in found) < 6
@@ -125,7 +125,7 @@ def test_a_rig_that_forgets_early_slides_is_seen_through():
     found = estimates_of(told)
     holds(found["level"], 0.36, share=0.02)
     holds(found["scatter"], 0.15, share=0.1)
-    # What is missing below looks like a lighter tail.
+    # A part that is missing below looks like a lighter tail.
     assert untold.values[plain.index("tail")] < told.values[plain.index("tail")]
 
 

@@ -1,4 +1,4 @@
-"""What has no name is called so, and what has one is called by it."""
+"""A difference that has no name is called `other`, and one that has a name is called by it."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ PHASE = np.arange(RUNS) * 2 * math.pi / 60
 
 @cache
 def swinging() -> Diagnosis:
-    """Of friction that swings with the run number."""
+    """Returns the diagnosis of friction that swings with the run number."""
     return examined(scaled(samples(runs=RUNS), 1.0 + 0.12 * np.sin(PHASE)), catalogue()).diagnosis
 
 

@@ -29,12 +29,12 @@ FARTHEST = 3.3
 """Standard errors: of six numbers one is beyond that in one of 170 tests."""
 
 LEAST_WITHIN, WITHIN = 3, 1.645
-"""Of six 90 % intervals fewer than three would hold the truth once in 790 tests."""
+"""Fewer than three of six 90 % intervals would hold the truth once in 790 tests."""
 
 
 @pytest.fixture(scope="module")
 def pulls() -> dict[str, float]:
-    """How far each planted number is from what is fitted, in standard errors."""
+    """Returns how far each planted number is from what is fitted, in standard errors."""
     return {
         f"{effect}.{name}": value
         for seed, (effect, planted) in enumerate(PLANTED.items())

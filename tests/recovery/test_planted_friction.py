@@ -1,4 +1,4 @@
-"""What is planted in the twin comes out of a lockstep session: through arm, camera, slip rule and onset fit."""
+"""A lockstep session gives back what is planted in the twin: through arm, camera, slip rule and onset fit."""
 
 import math
 from dataclasses import replace

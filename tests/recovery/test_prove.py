@@ -21,8 +21,8 @@ from tests.recovery.small_proof import SMALL
 
 ROOT = Path(__file__).parents[2]
 SEED = "1266"
-"""Of the first 1500 seeds its cases have the fewest runs but one, 949, and a case's time grows with its runs. The cases
-of that one, 1024, take 200 s longer: four names are found in one of them."""
+"""Its cases have the fewest runs but one, 949, among the first 1500 seeds, and a case's time grows with its runs. The
+cases of that one, 1024, take 200 s longer: four names are found in one of them."""
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(1500)]
 
@@ -49,7 +49,7 @@ class Proof:
         return next(one for one in self.table["gates"] if one["key"] == key)
 
     def written(self) -> dict[Path, int]:
-        """When each result was written."""
+        """Returns the time when each result was written."""
         return {path: path.stat().st_mtime_ns for path in (self.out / "results").rglob("*.json")}
 
 

@@ -13,7 +13,7 @@ from tests.recovery.rig_as_it_comes import rig_with, said_of
 pytestmark = pytest.mark.timeout(900)
 
 SEEDS = (40109, 40110, 40111)
-"""Of sessions that nothing was tuned on."""
+"""The seeds of sessions that nothing was tuned on."""
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -62,8 +62,9 @@ def sharp_rig() -> RigConfig:
 
 @pytest.fixture(scope="module")
 def twin(tmp_path_factory: pytest.TempPathFactory) -> Signals:
-    # Of seeds 7 to 13 the simulated sessions of 7, 12 and 13, in which a block crosses the whole plate, read a share of
-    # 1.2 to 1.3 by either engine, where the twin's own read 1.0: it is not known yet whether estimate or pivot is off.
+    # Among seeds 7 to 13 the simulated sessions of 7, 12 and 13, in which a block crosses the whole plate, read
+    # shares of 1.2 to 1.3 by either engine, where the twin's own read 1.0: it is not known yet whether estimate or
+    # pivot is off.
     plan = assembly.plan_from(None, samples=SAMPLES, seed=11)
     path = tmp_path_factory.mktemp("twin") / "session.mcap"
     return recorded(path, sharp_rig(), plan, camera=projected_camera(1, sigma_px=SHARP_PX))

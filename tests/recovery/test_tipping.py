@@ -126,14 +126,14 @@ def made_up(
 
 
 def told_of(tips: Tips) -> Masses:
-    """What the runs say of the place of the mass."""
+    """Returns what the runs say of the place of the mass."""
     found = masses(tips, EVERY, BLOCK, prior=PRIOR, rng=np.random.default_rng(5))
     assert found is not None
     return found
 
 
 def pulls(found: Masses, acting: tuple[Effect, ...], true: tuple[float, ...]) -> list[float]:
-    """How far each number of a model is off, in its standard errors."""
+    """Returns how far each number of a model is off, in its standard errors."""
     posterior = found.posteriors[acting]
     size = len(true)
     return np.abs((posterior.mean()[:size] - true) / posterior.sd()[:size]).tolist()
@@ -165,7 +165,7 @@ def test_a_mass_off_the_middle_is_found_by_the_edges_over_which_blocks_topple(x:
 
 
 def test_mistakes_alone_are_no_block_that_tips() -> None:
-    """Of a hundred sessions with one or two glares taken for a fall in each, hardly any are called tipping."""
+    """A hundred sessions with one or two glares taken for a fall in each are hardly ever called tipping."""
     probability, p = list[float](), list[float]()
     for seed in range(100):
         tips = made_up(np.random.default_rng([seed, 2]), runs=150, stands_to=99.0, mistakes=0.01)

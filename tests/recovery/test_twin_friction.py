@@ -1,4 +1,4 @@
-"""What is planted in the twin comes out again: mean and scatter of the angle of repose, through the whole arm."""
+"""Mean and scatter of the angle of repose that are planted in the twin come out again, through the whole arm."""
 
 from __future__ import annotations
 

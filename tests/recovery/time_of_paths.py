@@ -44,7 +44,7 @@ LEAST_OF_PULL = 1e-2
 
 @dataclass(frozen=True, kw_only=True)
 class Lead:
-    """By how much (s) a session's paths come before their attitude and the plate's acceleration, each with its sd.
+    """The lead (s) of a session's paths before their attitude and the plate's acceleration, each with its sd.
 
     `pivot_share` is the part of the pivot's acceleration that the paths show. What a session cannot know has an
     infinite sd.
@@ -210,7 +210,7 @@ def _linearised(
         return gravity - swung - part * pivot - np.cross(turning, here)
 
     def integrated(pull: Array) -> Array:
-        """What a unit of each cause does to the places (2 n, 3): the pull along the plate, and friction both ways."""
+        """Returns what unit causes do to the places (2 n, 3): the pull along the plate, and friction both ways."""
         normal = -pull[:, 2:]
         causes = (pull[:, :2], -normal * way, -normal * aside)
         return np.column_stack([_twice(cause, grid, since).ravel() for cause in causes])

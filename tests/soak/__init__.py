@@ -1,1 +1,1 @@
-"""What a long session costs: memory, file handles and threads, over hours, as a plot."""
+"""A long session costs memory, file handles and threads; it is watched over hours and drawn as a plot."""

@@ -40,7 +40,7 @@ class Page:
         self._process, self._writing, self._reading = process, writing, reading
         self._number, self._rest = 0, b""
         self.errors: list[str] = []
-        """What the page's scripts threw, and what its console called an error."""
+        """The errors that the page's scripts threw, or that its console told."""
         target = self._ask("Target.createTarget", {"url": "about:blank"})["targetId"]
         self._session = self._ask("Target.attachToTarget", {"targetId": target, "flatten": True})["sessionId"]
         for domain in ("Page", "Runtime", "Log"):
@@ -89,7 +89,7 @@ class Page:
         return found["result"].get("value")
 
     def text(self, selector: str) -> str:
-        """What an element shows."""
+        """Returns what an element shows."""
         return str(self.of(f"document.querySelector({json.dumps(selector)})?.innerText ?? ''"))
 
     def click(self, selector: str) -> None:

@@ -120,7 +120,7 @@ class Rig:
         return [(event.run, event.phase) for event in events if not event.phase.startswith("STEP")]
 
     def aborted(self) -> bool:
-        """Whether a run was given up."""
+        """True if a run was given up."""
         return any(phase == "ABORTED" for _, phase in self.phases())
 
     def tilt_rad(self) -> float:
@@ -128,7 +128,7 @@ class Rig:
         return tilt_of(self.listen("arm/platform")[-1].message)
 
     def tilting(self, *, above_rad: float = 0.1) -> bool:
-        """Whether a run is tilting the plate, by more than that."""
+        """True if a run is tilting the plate, by more than that."""
         phases = self.phases()
         attitudes = self.listen("arm/platform")
         return bool(phases and attitudes) and phases[-1][1] == "TILT" and self.tilt_rad() > above_rad
@@ -181,7 +181,7 @@ def one_rig(tmp_path_factory: pytest.TempPathFactory) -> Generator[Rig]:
 def rig(one_rig: Rig, tmp_path: Path) -> Generator[Rig]:
     """The module's rig, with every helper alive, no session, and nothing heard yet."""
     one_rig.revive()
-    one_rig.bus.poll(0.5)  # what still comes from the session before
+    one_rig.bus.poll(0.5)  # messages still come from the session before
     for heard in one_rig.heard.values():
         heard.clear()
     one_rig.folder = tmp_path

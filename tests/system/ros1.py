@@ -27,7 +27,7 @@ _PATH = "/usr/lib/python3/dist-packages"
 
 
 def missing() -> str:
-    """What of ROS 1 is not installed; nothing when all is."""
+    """Names what of ROS 1 is not installed; nothing when all is."""
     if shutil.which("roscore") is None:
         return "roscore"
     found = {

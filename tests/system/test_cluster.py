@@ -62,7 +62,7 @@ def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def told(path: Path, name: str, *, parent: int) -> Result:
-    """Who works on it, and where."""
+    """Returns who works on it, and where."""
     assert os.getpid() != parent
     return {"recording": name, "size": path.stat().st_size, "cwd": str(Path.cwd())}
 

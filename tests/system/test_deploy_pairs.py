@@ -27,7 +27,7 @@ CHECKOUT = Path(__file__).resolve().parents[2]
 
 @pytest.mark.parametrize("system", SYSTEMS.values(), ids=lambda system: system.codename)
 def test_the_tracker_works_with_the_systems_numpy(system: System, tmp_path: Path):
-    """On this machine's processor and Python, at the versions that the Pi gets."""
+    """The test runs on this machine's processor and Python, at the versions that the Pi gets."""
     venv.create(tmp_path / "venv", with_pip=True)
     python = str(tmp_path / "venv/bin/python")
     pins = [f"{pin.name}=={pin.version}" for pin in read_lock(system.lock)]

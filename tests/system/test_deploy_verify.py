@@ -1,4 +1,4 @@
-"""What `station deploy` counts as corners that arrive, on a real bus with an agent that is played here."""
+"""`station deploy` counts the corners that arrive, on a real bus with an agent that is played here."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Corners = Callable[[int], tuple[int, int]]
 
 
 def listened_to(corners: Corners, *, patience_s: float = PATIENCE_S, answer_s: float = 0.0) -> Arrival:
-    """What is found of an agent whose corners are, at a time (ns), of the boot and the capture time that are given.
+    """Returns what is found of an agent whose corners, at a time (ns), are of the boot and capture time given.
 
     It takes `answer_s` to answer a ping.
     """

@@ -1,4 +1,4 @@
-"""What happens to a session on real processes when one of them is killed."""
+"""A session on real processes goes on, or ends in words, when one of them is killed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What happens to a session on real processes when one of them is killed, frozen out, or runs out of disk."""
+"""A session on real processes stays safe when one of them is killed, frozen out, or runs out of disk."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ FORGED = {
 
 
 def test_a_stranger_at_the_cameras_port_neither_moves_nor_ends_nor_forges_anything(rig: Rig):
-    """In each mode that Zenoh has, all through a session; what it hears of the camera shows that it was there."""
+    """A stranger tries each mode that Zenoh has, all through a session; it hears the camera, so it was there."""
     path = rig.session("stranger.mcap", samples=1)
     config = assembly.rig_from(str(rig.file))
     at, heard = config.bus.camera, list[bytes]()
@@ -136,7 +136,7 @@ def test_a_full_disk_stops_the_session_safely_with_the_file_closed(rig: Rig):
     assert "the disk is full" in printed
     assert "partial" not in printed
     assert "Traceback" not in printed
-    # What came after the disk was full is not in the file; what came before is.
+    # The events after the disk was full are not in the file; those before are.
     assert {"SYNC", "LEVEL"} <= {event.phase for event in events_of(open_recording(saved))}
     rig.wait("the run to be aborted", rig.aborted)
     rig.wait("the plate to be level", lambda: rig.tilt_rad() < 0.002)

@@ -1,4 +1,4 @@
-"""Who started the rig is gone: nobody is left behind, the arm stands still, and the next start finds its ports free."""
+"""Whoever started the rig is gone: nobody is left behind, the arm stands still, and the next start has free ports."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tests.system.processes import ROOT, observer, rig_file, wait
 
 pytestmark = pytest.mark.system
 PLAN = "samples = 1\nfaults = 1000\n[tilt]\nsteps = 20\nrate_deg_s = 10.0\nadapt_after = 0\n"
-"""On a machine with ten busy programs joints are reported too late, and the arm's gate ends run after run."""
+"""A machine with ten busy programs reports joints too late, and the arm's gate ends run after run."""
 IN_ITS_TERMINAL = """\
 import os, signal, sys
 os.close(os.open(os.ttyname(0), os.O_RDWR))

@@ -53,10 +53,10 @@ def link_of(process: subprocess.Popen[str]) -> str:
 
 
 def moved_rad(rig: Rig, seconds: float) -> float:
-    """How far the plate turns from now on, by the largest change of a component of its attitude."""
+    """Returns how far the plate turns from now on, by the largest change of a component of its attitude."""
     seen = rig.listen("arm/platform")
     for _ in range(4):
-        rig.bus.poll(0.1)  # what came while nobody listened, and the arm's coming to rest
+        rig.bus.poll(0.1)  # messages that came while nobody listened, and the arm's coming to rest
     first = len(seen)
     while len(seen) < first + 100 * seconds:
         rig.bus.poll(0.05)

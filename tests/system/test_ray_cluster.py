@@ -69,7 +69,7 @@ def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def told(path: Path, name: str, *, parent: int) -> Result:
-    """Who works on it."""
+    """Returns who works on it."""
     assert os.getpid() != parent
     return {"recording": name, "size": path.stat().st_size}
 

@@ -122,7 +122,7 @@ def test_a_restarted_recorder_goes_on_without_gap_or_repetition(tmp_path: Path) 
         time.sleep(0.7)
         end(second, signal.SIGTERM)
     found = seqs(tmp_path / "second.mcap")
-    # What was published before the restart comes from the cache, together with what comes live: each frame once.
+    # The cache gives what was published before the restart, together with what comes live: each frame once.
     assert found == list(range(found[0], len(thread.sent)))
     assert open_recording(tmp_path / "second.mcap").metadata["recorder"]["missed"] == "0"
     assert not partial_path(tmp_path / "second.mcap").exists()

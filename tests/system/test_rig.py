@@ -53,7 +53,7 @@ def test_one_command_runs_the_rig_end_to_end(tmp_path: Path):
 
 
 def ended(process: subprocess.Popen[str]) -> str:
-    """What a process printed until it ended by itself; one that does not is not left to the tests that follow."""
+    """Returns what a process printed until it ended by itself; one that does not is not left to later tests."""
     try:
         return process.communicate(timeout=PATIENCE_S)[0]
     except subprocess.TimeoutExpired:

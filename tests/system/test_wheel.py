@@ -21,7 +21,7 @@ VIEW, TABLES, ARM = {"rerun", "rerun_cli"}, {"pandas", "pyarrow"}, {"ssik"}
 OTHERS = {"rosbags", "natnet", "pymavlink", "serial", "cryptography"}
 ELSEWHERE, MESHES = {"aiohttp", "fsspec", "s3fs", "dask", "distributed"}, {"collada", "trimesh"}
 BEYOND_STATION = VIEW | TABLES | ARM | OTHERS | ELSEWHERE | MESHES
-"""What is imported from the extras beside `station`; test_installed.py compares pyproject.toml with all imports."""
+"""The imports from the extras beside `station`; test_installed.py compares pyproject.toml with all imports."""
 STATION = {"joblib", "lz4", "matplotlib", "mcap", "mujoco", "numba", "rich", "scipy", "tomli_w", "zstandard"}
 # The environment sees the packages of this one, less those named in LACKING, as if they were not installed.
 USES_NUMBA = "from station.diagnosis.compiled import"
@@ -73,7 +73,7 @@ def programs(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def run(words: list[str], folder: Path, *, lacking: Collection[str] = (), home: str = "", status: int = 0) -> str:
-    """What a command prints in a folder, which is its home, too; nothing in the environment leads to the checkout."""
+    """Returns what a command prints in a folder, its home too; nothing in the environment leads to the checkout."""
     kept = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "XDG_", "NUMBA_"))}
     environment = {**kept, "HOME": home or str(folder), "LACKING": ",".join(sorted(lacking))}
     done = subprocess.run(

@@ -37,7 +37,7 @@ class EmulatedStage:
     number: int = 0
     at: list[int] = field(default_factory=list[int])
     said: bytes = b""
-    """What it has said since somebody took it."""
+    """The bytes that it has said since somebody took them."""
 
     def __post_init__(self) -> None:
         self.at = self.at or [0] * self.axes
@@ -106,7 +106,7 @@ class EmulatedStage:
         return [1000 * _rounded(pulse * 90000, self.us_per_90) for pulse in pulses]
 
     def take(self) -> bytes:
-        """What it has said since the last call."""
+        """Returns what it has said since the last call."""
         said, self.said = self.said, b""
         return said
 

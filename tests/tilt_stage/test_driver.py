@@ -143,7 +143,7 @@ def test_a_stop_whose_line_is_damaged_is_said_again() -> None:
     with bench() as rig:
         rig.tilt(40)
         rig.until(lambda: rig.tilt_deg > 10)
-        rig.stage.lines.take(b"a line without an end ")  # what comes next is a part of it
+        rig.stage.lines.take(b"a line without an end ")  # the next bytes are a part of it
         rig.ask("arm/stop", ArmStop(rig.clock.now_ns(), "test"))
         rig.until(lambda: rig.stage.state == IDLE, seconds=0.1)
 

@@ -1,1 +1,1 @@
-"""Which rules of the diagnosis save cases: the same evidence with every rule, and with one of them switched off."""
+"""The same evidence with every rule of the diagnosis, and with one switched off, shows which rules save cases."""

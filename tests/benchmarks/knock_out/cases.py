@@ -71,7 +71,7 @@ SINGLES = {
     71: "camera_sag",
     23: "rolling_shutter",
 }
-"""By its number in the tier, each effect at four limits."""
+"""Each effect's case has a number in the tier, and a strength of four limits."""
 
 PAIRS = {
     0: ("kinetic_drop", "viscous"),

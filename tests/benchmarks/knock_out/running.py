@@ -37,7 +37,7 @@ class Claim:
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """What is claimed of a case, what is listed and refused, how often each rule fired, and processor seconds."""
+    """The claims of a case, what is listed and refused, how often each rule fired, and processor seconds."""
 
     claims: tuple[Claim, ...]
     refused: tuple[Claim, ...]
@@ -98,7 +98,7 @@ def weighed(found: Found) -> tuple[list[Claim], list[Claim]]:
 
 
 def outcome(case: Case, folder: Path, rule: Rule | None = None) -> Outcome:
-    """Of a case without a rule, or with all; what has been done before is read from `folder`."""
+    """Returns the outcome of a case without a rule, or with all; what has been done before is read from `folder`."""
     kept = folder / ("all" if rule is None else rule.name.replace(" ", "_")) / f"{case.id}.json"
     if kept.exists():
         return _read(json.loads(kept.read_text("utf-8")))

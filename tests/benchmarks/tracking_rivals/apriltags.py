@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 
 
 def installed() -> bool:
-    """Whether pupil-apriltags can be run here."""
+    """True if pupil-apriltags can be run here."""
     return find_spec("pupil_apriltags") is not None
 
 

@@ -32,7 +32,7 @@ Floats = NDArray[np.float64]
 
 BLUR_STEP_PX = 0.02
 WELL_ROUNDED = 1.0  # deviation in pixel values from which rounding adds 1/12 to the variance and does nothing else
-SHARE = 3e-3  # of the largest derivative, below which a pixel tells nothing
+SHARE = 3e-3  # share of the largest derivative, below which a pixel tells nothing
 UNTOLD = 1e-9  # share of the information that a combination of parameters has at least if the frame tells it
 
 

@@ -32,9 +32,9 @@ Floats = NDArray[np.float64]
 Rng = np.random.Generator
 
 FRAME_S = 1 / 90
-LARGE_PX = 900  # of the surfaces that plates are cut out of: turned over at its ends, one would have a seam
+LARGE_PX = 900  # size of the surfaces that plates are cut out of: turned over at its ends, one would have a seam
 MOVING = Quality(fine=3, instants=13, step_px=0.3)
-BEFORE = Quality(fine=2, instants=6, step_px=0.7)  # of frames that are followed but not judged
+BEFORE = Quality(fine=2, instants=6, step_px=0.7)  # the quality of frames that are followed but not judged
 ROLLING = Shutter(line_ns=17_000.0, exposure_ns=2_000_000, row0_dt_ns=-1_000_000.0)
 
 
@@ -374,7 +374,7 @@ def _dense(polygon: Floats) -> Floats:
 
 
 def _holds(polygon: Floats, points: Floats) -> NDArray[np.bool_]:
-    """Whether points (…, 2) lie in a convex polygon that is clockwise as seen."""
+    """True for points (…, 2) that lie in a convex polygon that is clockwise as seen."""
     step, gap = np.roll(polygon, -1, axis=0) - polygon, points[..., None, :] - polygon
     return np.all(step[:, 0] * gap[..., 1] - step[:, 1] * gap[..., 0] >= 0, axis=-1)
 

@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 Image = NDArray[np.float32]
 
 QUALITY = Quality(fine=2, instants=7, step_px=0.6)
-STEP_MM = 0.004  # of a corner: 0.024 px, small beside the blur and large beside the rounding of the painted light
+STEP_MM = 0.004  # step of a corner: 0.024 px, small beside the blur and large beside the rounding of the painted light
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class ExpectedFrame:
         )
 
     def seen_px(self, corners_mm: Floats) -> Floats:
-        """Where corners of the mark's frame (4, 2) are seen, each at the time of its own row."""
+        """Returns the pixels (4, 2) of corners of the mark's frame (4, 2), mm, each seen at the time of its own row."""
         mark = self.scene.mark
         moved = MovedMark(mark.side_mm, mark.aspect, moved_mm=tuple(map(tuple, corners_mm.tolist())))
         return corners_px(replace(self.scene, mark=moved), self.pose)

@@ -1,4 +1,4 @@
-"""What an unknown plate adds to the pixels beside a bare tape: the covariance of its texture, seen past the mark."""
+"""An unknown plate adds to the pixels beside a bare tape: the covariance of its texture, seen past the mark."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +8,7 @@ from scipy.special import erf
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-REACH_PX = 4  # of the lens's spread and the pixel together: beyond it less than a thousandth of the light
+REACH_PX = 4  # reach of the lens's spread and the pixel together: beyond it less than a thousandth of the light
 NEGLIGIBLE = 1e-4  # share of the plate that is uncovered, below which none of it is seen
 
 

@@ -1,1 +1,1 @@
-"""What is fuzzed, one file a family, found by being here: each has `TARGETS`, a tuple of `tests.fuzz.target.Target`."""
+"""Every file here is a family of fuzz targets, found by being here: its `TARGETS` are `tests.fuzz.target.Target`."""

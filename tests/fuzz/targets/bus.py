@@ -24,7 +24,7 @@ def messages() -> tuple[type[Message], ...]:
 
 
 LENGTHS = (8, 9, 3, 4, 2)
-"""How many items a list may want: corners, a matrix, angles, rows."""
+"""The numbers of items that a list may want: corners, a matrix, angles, rows."""
 
 
 @cache

@@ -59,7 +59,7 @@ _KNOWN: list[tuple[dict[str, dict[str, str]], dict[str, bytes]]] = []
 
 
 def _read_all(path: Path) -> None:
-    """Both ways of reading give the same samples, and times are times."""
+    """Reads a recording in two ways, which must give the same samples, and times that are times."""
     reader = open_recording(path)
     samples = [one.message for one in reader.messages({"session/sample"}, truth=False)]
     if [repr(one) for one in reader.samples()] != [repr(one) for one in samples]:
@@ -78,7 +78,7 @@ REPAIR = command("repair", "{file}")
 
 
 def _for_diagnosis(path: Path) -> None:
-    """What `station diagnose` reads before it thinks."""
+    """Reads what `station diagnose` reads before it thinks."""
     reader = open_recording(path)
     rig_of(reader)
     recorded_plan(reader)
@@ -88,7 +88,7 @@ def _for_diagnosis(path: Path) -> None:
 
 
 def _for_replay(path: Path) -> None:
-    """What `station replay` reads before it draws."""
+    """Reads what `station replay` reads before it draws."""
     reader = open_recording(path)
     setup_for(reader, rig_path=None)
     setting_of(rig_of(reader))

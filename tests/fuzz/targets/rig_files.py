@@ -1,4 +1,4 @@
-"""What a user writes and keeps beside a recording: rig, plan, calibration and model files, rights, signatures."""
+"""Users write these and keep them beside a recording: rig, plan, calibration and model files, rights, signatures."""
 
 from __future__ import annotations
 

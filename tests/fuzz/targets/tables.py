@@ -131,7 +131,7 @@ def _array(values: Any) -> Any:
 
 
 def _import(name: str, path: Path) -> None:
-    """What an import reads and writes; what it wrote can be opened."""
+    """Imports a table and writes it; what was written can be opened."""
     out = path.with_name("imported.mcap")
     write(importers()[name].read(path, onset=estimate_onset), out, overwrite=True)
     open_recording(out).samples()

@@ -38,7 +38,7 @@ class Family(ABC):
     """Its column in the table, from the left."""
 
     rivalled: ClassVar[bool] = False
-    """Whether the rivals answer some of its cases, too: they take longer than the rest."""
+    """True if the rivals answer some of its cases, too: they take longer than the rest."""
 
     def why_not(self) -> str | None:
         """The reason why it cannot be made here; None if it can."""
@@ -57,7 +57,7 @@ class Family(ABC):
         return recording_of(protocol.cases(tier) / name) is not None
 
     def truths(self, protocol: Protocol, tier: str, told: Json) -> Iterator[Truth]:
-        """What a key (`told`) says of each case; here as tests/concealed writes it."""
+        """Yields what a key (`told`) says of each case; here as tests/concealed writes it."""
         del protocol, tier
         for name, entry in told["cases"].items():
             yield truth_of(name, entry)

@@ -73,7 +73,7 @@ class BulletBlock:
 
 
 class Bullet(EngineFamily):
-    """See the module."""
+    """The family of worlds whose contact is PyBullet's; the module says how."""
 
     name: ClassVar[str] = "bullet"
     title: ClassVar[str] = "Bullet"
@@ -87,5 +87,5 @@ class Bullet(EngineFamily):
         return BulletBlock(contact)
 
     def bad(self, contact: Contact) -> Engine:
-        """As it comes: friction on two axes, 240 Hz (steps of 4.2 ms, in whole ticks)."""
+        """Returns an engine as it comes: friction on two axes, 240 Hz (steps of 4.2 ms, in whole ticks)."""
         return BulletBlock(contact, step_s=4.2e-3, good=False)

@@ -85,7 +85,7 @@ class DartBlock:
 
 
 class Dart(EngineFamily):
-    """See the module."""
+    """The family of worlds whose contact is DART's; the module says how."""
 
     name: ClassVar[str] = "dart"
     title: ClassVar[str] = "DART"

@@ -83,7 +83,7 @@ class DrakeBlock:
 
 
 class Drake(EngineFamily):
-    """See the module."""
+    """The family of worlds whose contact is Drake's; the module says how."""
 
     name: ClassVar[str] = "drake"
     title: ClassVar[str] = "Drake"

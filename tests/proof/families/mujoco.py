@@ -40,7 +40,7 @@ GOOD = {
     "contact": 'solref="0.004 1" solimp="0.5 0.501 0.001 0.5 2" solreffriction="-1e-9 -0.01"',
 }
 BAD = {"solver": "", "contact": ""}
-"""As it comes: a soft contact that creeps, with a pyramid for a cone."""
+"""MuJoCo's settings as they come: a soft contact that creeps, with a pyramid for a cone."""
 
 
 class MujocoBlock:
@@ -76,7 +76,7 @@ class MujocoBlock:
 
 
 class Mujoco(EngineFamily):
-    """See the module."""
+    """The family of worlds whose contact is MuJoCo's; the module says how."""
 
     name: ClassVar[str] = "mujoco"
     title: ClassVar[str] = "MuJoCo"

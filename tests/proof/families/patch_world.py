@@ -127,7 +127,7 @@ class PatchWorld(Family):
         return _truth_path(protocol, tier, name).exists()
 
     def truths(self, protocol: Protocol, tier: str, told: Json) -> Iterator[Truth]:
-        """What key and truth say."""
+        """Yields what the key and the record of the truth say."""
         for entry in told["cases"]:
             acted = json.loads(_truth_path(protocol, tier, entry["case"]).read_text("utf-8"))["acted"]
             yield truth_of(entry, acted)
@@ -187,7 +187,7 @@ def _scatter_deg(world: Json) -> float:
 
 
 def _sizes(acted: Sequence[Json], scatter_deg: float) -> dict[tuple[str, int], float]:
-    """By how much an effect acted in each phase of each run; a change of all onsets alike is absorbed by mu."""
+    """Returns how much an effect acted in each phase of each run; mu absorbs a change of all onsets alike."""
     onsets = [one["onset_deg"] for one in acted if one["onset_deg"] is not None]
     level = float(np.median(onsets)) if onsets else 0.0
     found: dict[tuple[str, int], list[float]] = {}

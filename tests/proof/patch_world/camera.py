@@ -1,4 +1,4 @@
-"""What the camera sees: the corners of the block's mark and of one fiducial of the plate, in pixels.
+"""The camera sees the corners of the block's mark and of one fiducial of the plate, in pixels.
 
 It looks straight down at the plate's centre, as its calibration says: x right, y down, the plate's y up the image.
 """
@@ -26,7 +26,7 @@ FIDUCIAL_SIDE_M = 0.004
 _READ_ROUNDS = 3
 """Each leaves 2 % of a row's error before it, at 0.1 m/s and 20 ms from the first row to the last."""
 _CORNERS = ((-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0))
-"""In the order of a recording: clockwise in the image, from the upper left at yaw zero."""
+"""The corners in the order of a recording: clockwise in the image, from the upper left at yaw zero."""
 
 
 @dataclass(frozen=True, slots=True)

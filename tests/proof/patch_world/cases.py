@@ -45,7 +45,7 @@ class Case:
     hidden: tuple[Hidden, ...]
 
     def key(self) -> dict[str, Any]:
-        """What the key says of it."""
+        """Returns what the key says of the case."""
         effects = [
             {"effect": one.id, "catalogue": EFFECTS[one.id].catalogue, "also": EFFECTS[one.id].also,
              "strength": one.strength, "unit": EFFECTS[one.id].unit, "sizes": one.sizes}

@@ -1,4 +1,4 @@
-"""What is drawn: once a session (the plate's field), and anew for each run (friction, its wander, the contact)."""
+"""The draws: once a session the plate's field, and anew for each run friction, its wander and the contact."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ _QUIET_SHARE = 0.5
 """A block at rest whose load is below this share of its strength is not integrated: it only gives elastically."""
 _QUIET_SPEED = 2e-6
 _SETTLED_S = 1.0
-"""So long after a motion the wrist has stopped ringing (e^-30 of it is left)."""
+"""The wrist has stopped ringing so long after a motion (e^-30 of it is left)."""
 _MOVED_M = 4e-5
 """Friction is looked up anew at each point after the block has moved by so much (the fields vary over millimetres)."""
 

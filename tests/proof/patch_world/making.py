@@ -23,13 +23,13 @@ from tests.proof.patch_world.session import Session
 from tests.proof.patch_world.truth import acted
 
 VERSION = 1
-"""Of the generator: another one may make other bytes of the same arguments."""
+"""The generator's version: another one may make other bytes of the same arguments."""
 KEY, TRUTH, RECORDING, RIG = "key.json", "truth", "session.mcap", "rig.toml"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Order:
-    """What is to be made: so many cases of a tier, of so many runs each; `only` names the effects to choose from."""
+    """An order of cases: so many of a tier, of so many runs each; `only` names the effects to choose from."""
 
     out: Path
     tier: str
@@ -45,7 +45,7 @@ class Order:
         return self.key or self.out
 
     def header(self) -> dict[str, Any]:
-        """What the key says of the order."""
+        """Returns what the key says of the order."""
         asked = {"tier": self.tier, "count": self.cases, "seed": self.seed, "runs": self.runs, "only": list(self.only)}
         return {"generator": "patch_world", "version": VERSION, **asked}
 

@@ -108,7 +108,7 @@ def _rms(values: Array | list[float]) -> float:
 
 
 def _creep_mm(seen: Seen) -> float:
-    """How far the block seems to have moved until 0.3 s before its onset."""
+    """Returns how far the block seems to have moved until 0.3 s before its onset."""
     end = seen.time_s[-1] if math.isnan(seen.onset_s) else seen.onset_s - 0.3
     last = max(int(np.searchsorted(seen.time_s, end)) - 1, 0)
     return float(np.hypot(*(seen.path_mm[last] - seen.path_mm[0])))

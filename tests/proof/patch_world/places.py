@@ -1,4 +1,4 @@
-"""Where each number stands in the vectors that the integrator reads and writes."""
+"""The vectors that the integrator reads and writes have a place for each number."""
 
 from __future__ import annotations
 

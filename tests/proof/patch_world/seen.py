@@ -1,4 +1,4 @@
-"""What a run looks like from outside: its path as the camera has it, its tilt as the arm has it, and its onset."""
+"""A run from outside: its path as the camera has it, its tilt as the arm has it, and its onset."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def _level_deg(world: World, true_rad: Array, told_rad: Array, *, azimuth: float
 
 
 def _onset_s(time_s: Array, speed: Array) -> float:
-    """When the block began to slide: the first time from which it is faster than the threshold for two frames."""
+    """Returns the time of the onset: the first from which the block is faster than the threshold for two frames."""
     fast = (speed[:-1] > _SLIDES_M_S) & (speed[1:] > _SLIDES_M_S)
     if not fast.any():
         return math.nan

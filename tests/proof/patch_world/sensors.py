@@ -1,4 +1,4 @@
-"""What the arm's and the camera's agents report: readings of the bench with the errors of the world's sensors."""
+"""The agents of arm and camera report readings of the bench with the errors of the world's sensors."""
 
 from __future__ import annotations
 

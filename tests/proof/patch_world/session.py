@@ -47,7 +47,7 @@ TICK_NS = round(TICK_S * 1e9)
 _FRAME_TICKS = 10_000 / 90.0
 _READING, _BEAT, _SECOND, _INCLINATION = 100, 500, 10_000, 500
 _CAMERA_DELAY, _ARM_DELAY, _OBEYS, _SETTLES = 50, 10, 60, 500
-"""How long frames and readings travel, until the arm begins to obey, and until it says that it has arrived (ticks)."""
+"""The travel times of frames and readings, the arm's until it obeys and until it says that it has arrived (ticks)."""
 _PLATE_EVERY = 6
 _LIMIT = 10_000 * 7200
 

@@ -1,4 +1,4 @@
-"""Where an effect acted: each run again in the world without it, from the same begin, with the same commands and draws.
+"""The truth of where an effect acted: each run again without it, with the same begin, commands and draws.
 
 A run without the effect may not have slid yet when the recorded one went back to level; for its onset alone the steps
 of the tilt then go on as before.
@@ -31,7 +31,7 @@ Benches = Callable[[World], Bench]
 def acted(
     world: World, without: World, records: Sequence[RunRecord], *, seed: int, bench_of: Benches = Bench
 ) -> list[dict[str, Any]]:
-    """What an effect did in each run of a session of `world`, against the world `without` it, on a bench of its own.
+    """Returns what an effect did in each run of a session of `world`, against `without` it, on a bench of its own.
 
     Returns:
         A table for each run: `onset_deg`, the change of the onset as the arm's angles tell it (None where one of both

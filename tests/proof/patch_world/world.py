@@ -84,7 +84,7 @@ class Contact(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Patch:
-    """What differs over plate and sole. `spots` are (x, y, radius, relative change) on the plate, m.
+    """The differences over plate and sole. `spots` are (x, y, radius, relative change) on the plate, m.
 
     `field_sd` and `field_length_m` are the plate's own random field, drawn with `field_seed` once a session.
     `lopsided` is the relative change of friction from the sole's middle to its edge along (x, y) of the block.
@@ -99,7 +99,7 @@ class Patch:
 
 @dataclass(frozen=True, kw_only=True)
 class History:
-    """What changes friction from run to run, relative.
+    """The relative changes of friction from run to run.
 
     `polish` is lost with the constant `polish_runs`; `cycle` is the amplitude of a sine of the session's time;
     `memory` is the change for a run along the last one's way (the opposite against it); a share `dust_share` of
@@ -118,7 +118,7 @@ class History:
 
 @dataclass(frozen=True, kw_only=True)
 class Scatter:
-    """What is drawn anew for each run: friction as a whole, its wander over the places of the run, and the sole.
+    """The draws of each run: friction as a whole, its wander over the places of the run, and the sole.
 
     `pressure_sd` and `sole_sd` are the relative spread of the points' share of the load and of their friction.
     """
@@ -132,7 +132,7 @@ class Scatter:
 
 @dataclass(frozen=True, kw_only=True)
 class Sensing:
-    """How the arm reports its attitude: gain and offset of the angle, noise, step of the encoder, and stamps.
+    """The arm's reports of its attitude: gain and offset of the angle, noise, step of the encoder, and stamps.
 
     `stamp_s` is by how much a stamp lies before the moment at which the attitude was so.
     """

@@ -1,4 +1,4 @@
-"""What others would do with the same cases: one file each, found by being here.
+"""Every rival does with the same cases what others would: one file each, found by being here.
 
 A file has one subclass of `Rival`. It gets the tool's evidence as a table of onsets and slides and the folds, and
 answers with names, a place and held-out scores, as far as its kind can.
@@ -66,7 +66,7 @@ class Rival(ABC):
     needs: ClassVar[str] = ""
 
     def why_not(self) -> str | None:
-        """Why it cannot run here; None if it can."""
+        """Says why the rival cannot run here; None if it can."""
         if self.needs and importlib.util.find_spec(self.needs) is None:
             return f"the package {self.needs} is not installed"
         return None
@@ -105,7 +105,7 @@ TOGETHER: tuple[str, ...] = ("onset", "along")
 """Channels that one draw of friction moves alike: a correction of one alone would part them."""
 
 Predict = Callable[[str, Bools], Array]
-"""What a channel's rows are corrected by (n,), as learnt from some runs (runs,)."""
+"""The corrections of a channel's rows (n,), as learnt from some runs (runs,)."""
 
 
 def held_out_corrected(table: Table, channels: Collection[str], predict: Predict) -> HeldOut:

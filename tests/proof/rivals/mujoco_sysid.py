@@ -60,7 +60,7 @@ class MujocoSysid(Rival):
 
 
 def _together(parts: Sequence[tuple[Bools, HeldOut]]) -> HeldOut:
-    """Of each part the predictions of its own runs."""
+    """Returns the predictions of each part for its own runs."""
     mine = [mine for mine, _ in parts]
 
     def of(name: str) -> Array:

@@ -26,10 +26,10 @@ NAMES: Mapping[str, str] = {
     "slide_to_block:2": "object_anisotropy", "yaw:1": "uneven_contact", "x": "friction_patch", "y": "friction_patch",
     "x:square": "friction_patch", "y:square": "friction_patch", "tilt_rate": "clock_offset",
 }  # fmt: skip
-"""Which effect a reader would call a term; the term is as near to the effect's law as the library comes."""
+"""The effect by which a reader would call each term, which is as near to the effect's law as the library comes."""
 
 SEEN: Mapping[str, str] = {"rest": "presliding", "plate": "camera_sag"}
-"""What a reader would call anything that moves the block, or the plate's own marks, before a slide."""
+"""The names a reader would give to anything that moves the block, or the plate's own marks, before a slide."""
 
 
 class PySindy(Rival):

@@ -1,4 +1,4 @@
-"""What identification of a model of fixed structure does here: mu and its scatter are fitted, and nothing is missed."""
+"""Identification of a model of fixed structure fits mu and its scatter here, and nothing is missed."""
 
 from __future__ import annotations
 

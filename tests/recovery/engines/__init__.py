@@ -27,7 +27,7 @@ class Bench(Protocol):
         ...
 
     def place_m(self) -> Array:
-        """Where the object is (3); any frame that stands still."""
+        """Returns the object's place (3,), m; any frame that stands still."""
         ...
 
     def close(self) -> None:
@@ -42,7 +42,7 @@ class Engine(Protocol):
     MODULE: str
     FORMAT: str
     ANISOTROPIC: bool
-    """Whether the engine knows friction by direction."""
+    """True if the engine knows friction by direction."""
 
     def load(self, folder: Path, stem: str, *, object_yaw_rad: float = 0.0) -> Bench:
         """Loads what was exported; the object is turned about z before it is put down."""

@@ -43,7 +43,7 @@ class BulletBench:
         self._client.stepSimulation()
 
     def place_m(self) -> Array:
-        """Of the object's middle, in the world."""
+        """Returns the place of the object's middle (3,), m, in the world."""
         return np.array(self._client.getBasePositionAndOrientation(self._object)[0])
 
     def close(self) -> None:

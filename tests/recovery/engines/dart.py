@@ -42,7 +42,7 @@ class DartBench:
         self._world.step()
 
     def place_m(self) -> Array:
-        """Of the object, in the world."""
+        """Returns the object's place (3,), m, in the world."""
         return np.array(self._object.getWorldTransform().translation())
 
     def close(self) -> None:

@@ -21,7 +21,7 @@ class DrakeBench:
     """Drake's gravity is fixed once a plant is final: the rest of it comes as a force at the object's middle."""
 
     step_s = 2e-3
-    """Of the tilt; the plant's own is half of it."""
+    """The time step of the tilt; the plant's own is half of it."""
 
     def __init__(self, path: Path) -> None:
         drake: Any = importlib.import_module("pydrake.all")
@@ -53,7 +53,7 @@ class DrakeBench:
         self._simulator.AdvanceTo(self._time_s)
 
     def place_m(self) -> Array:
-        """Of the object, in the world."""
+        """Returns the object's place (3,), m, in the world."""
         place: Array = self._plant.EvalBodyPoseInWorld(self._context, self._body).translation().copy()
         return place
 

@@ -31,7 +31,7 @@ class MujocoBench:
         self._mj.mj_step(self._model, self._data)
 
     def place_m(self) -> Array:
-        """Of the object's body, in the world."""
+        """Returns the place of the object's body (3,), m, in the world."""
         place: Array = self._data.body("object").xpos.copy()
         return place
 

@@ -40,7 +40,7 @@ class PhysxBench:
         self._physx.warmup()
         self._physx.wait_all()
         kinds: Any = importlib.import_module("ovphysx.types").TensorType
-        with warnings.catch_warnings():  # what is to come in their place takes a hundred lines for the same
+        with warnings.catch_warnings():  # their replacement takes a hundred lines for the same
             warnings.simplefilter("ignore", DeprecationWarning)
             bind = self._physx.create_tensor_binding
             self._pose: Any = bind(pattern="/World/Object", tensor_type=kinds.RIGID_BODY_POSE)
@@ -60,7 +60,7 @@ class PhysxBench:
         self._physx.step_sync(self.step_s)
 
     def place_m(self) -> Array:
-        """Of the object's middle, in the world."""
+        """Returns the place of the object's middle (3,), m, in the world."""
         pose = np.zeros(self._pose.shape, dtype=np.float32)
         self._pose.read(pose)
         return pose[0, :3].astype(np.float64)

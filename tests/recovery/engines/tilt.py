@@ -19,7 +19,7 @@ _QUICK_S = 0.5
 
 @dataclass(frozen=True)
 class Onset:
-    """Where the object began to slide, and how far it had crept half a degree before it should (m)."""
+    """The angle at which the object began to slide, and how far it had crept half a degree before it should (m)."""
 
     angle_rad: float
     crept_m: float

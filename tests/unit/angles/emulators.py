@@ -87,7 +87,7 @@ def roll_pitch_of(angle_rad: float, azimuth_rad: float) -> tuple[float, float]:
 
 
 class _Wire:
-    """What pymavlink writes to."""
+    """The wire that pymavlink writes to."""
 
     def __init__(self) -> None:
         self.sent: list[bytes] = []

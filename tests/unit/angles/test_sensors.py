@@ -1,4 +1,4 @@
-"""What is particular to each sensor, through its real protocol on loopback."""
+"""Each sensor has particulars, tested through its real protocol on loopback."""
 
 from __future__ import annotations
 
@@ -272,7 +272,7 @@ def test_a_cable_that_is_pulled_is_an_error_to_be_survived() -> None:
 
 
 def asked(text: str, *, stops: int, options: TypedOptions | None = None) -> tuple[list[float], str]:
-    """What a person types, and what the screen shows: degrees."""
+    """Returns the degrees that a person types, and what the screen shows."""
     answers: queue.SimpleQueue[Reading] = queue.SimpleQueue()
     screen = io.StringIO()
     person = Person(

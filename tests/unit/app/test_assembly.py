@@ -1,4 +1,4 @@
-"""What a rig file puts together, and what it is told when its parts do not fit."""
+"""A rig file puts parts together, and says when they do not fit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the station borrows of the camera agent."""
+"""The station borrows objects of the camera agent."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from station.app.camera_agent import borrowed
 
 
 def test_the_agents_objects_are_found() -> None:
-    """Both that the station uses are there in this checkout."""
+    """The two objects that the station uses are there in this checkout."""
     assert callable(borrowed("repose.picture_tracker", "mark", to=""))
     assert callable(borrowed("repose.lockstep_camera", "synthetic", to=""))
 

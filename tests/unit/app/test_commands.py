@@ -25,7 +25,7 @@ def test_every_command_has_a_name_a_line_of_help_and_a_docstring(stem: str):
     assert not module.HELP.endswith(".")
     assert len(module.__doc__ or "") > 40
     file = command.COMMANDS / f"{stem}.py"
-    for name in ("NAME", "HELP"):  # what `station --help` reads of the file is what the module says
+    for name in ("NAME", "HELP"):  # the module says the same as the file, which `station --help` reads
         assert command._constant(file, name) == getattr(module, name)  # pyright: ignore[reportPrivateUsage]
     assert callable(module.add_arguments)
     assert callable(module.run)

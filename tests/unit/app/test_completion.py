@@ -1,4 +1,4 @@
-"""What the Tab key offers: every command and every option, in the shells that are installed here."""
+"""The Tab key offers every command and every option, in the shells that are installed here."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def scripts(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 
 def offered(script: Path, *words: str, program: str = "station") -> list[str]:
-    """What bash offers after these words; the last one is begun."""
+    """Returns what bash offers after these words; the last one is begun."""
     if shutil.which("bash") is None:
         pytest.skip("no bash here")
     typed = " ".join(f"'{word}'" for word in (program, *words))

@@ -1,4 +1,4 @@
-"""What a recording carries may be nested without end, or hold numbers without end: it is refused in a sentence."""
+"""A recording may carry texts nested without end, or numbers without end: they are refused in a sentence."""
 
 from __future__ import annotations
 

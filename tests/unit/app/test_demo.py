@@ -41,7 +41,7 @@ def test_the_whole_story(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert "model.toml" not in session.attachments
     assert b"uneven_contact" not in b"".join(session.attachments.values())
     assert "uneven_contact" not in str(session.metadata)
-    # What has been sealed is not sealed again.
+    # A sealed case is not sealed again.
     assert main(words) == 2
 
 

@@ -1,4 +1,4 @@
-"""What a terminal, a log and a script get to see of a session while it runs."""
+"""A terminal, a log and a script each get their own view of a session while it runs."""
 
 from __future__ import annotations
 
@@ -234,7 +234,7 @@ def test_on_a_terminal_the_panel_is_drawn_in_its_place(tmp_path: Path) -> None:
 
 
 def in_terminal(words: list[str], *, lines: int) -> str:
-    """What a program prints in a pseudo-terminal of 100 columns."""
+    """Returns what a program prints in a pseudo-terminal of 100 columns."""
     import fcntl  # noqa: PLC0415  # not on Windows
     import pty  # noqa: PLC0415
     import termios  # noqa: PLC0415

@@ -1,4 +1,4 @@
-"""What may be wrong with a given simulation: one sentence each, and the recording stays as it was."""
+"""A given simulation that is wrong is refused in one sentence, and the recording stays as it was."""
 
 from __future__ import annotations
 

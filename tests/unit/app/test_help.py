@@ -1,4 +1,4 @@
-"""What `station` says of itself: alone, of each command, and of a word that it does not know."""
+"""`station` says what it is: alone, of each command, and of a word that it does not know."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def test_a_slip_of_the_pen_is_named(words: list[str], meant: str, capsys: pytest
 
 @pytest.mark.parametrize("name", commands())
 def test_what_exit_status_1_means_is_in_the_help_and_in_the_page(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """Where a command has a 1 to give, its file says what it means, and the page has the same words."""
+    """A command's file says what a 1 means where it has one to give, and the page has the same words."""
     with pytest.raises(SystemExit, match="0"):
         main([*name.split(), "--help"])
     said = " ".join(capsys.readouterr().out.split())

@@ -54,7 +54,7 @@ def test_a_bar_tells_the_scale() -> None:
 
 
 def test_without_motion_it_shows_where_the_block_came_to() -> None:
-    """On paper, and where somebody has motions switched off."""
+    """It stands still on paper, and where somebody has motions switched off."""
     places = [group.get("transform", "") for group in ET.fromstring(figure_of(sliding())).iter("g")]
     assert places[0] == "translate(90.000 90.000)"  # mm; y is down in a drawing
     assert math.isclose(float(places[1][len("rotate(") : -1]), -math.degrees(0.009), abs_tol=0.01)
@@ -68,7 +68,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def answer(*names: str, verdict: str = "supported") -> Diagnosis:
-    """As much of a diagnosis as the drawing asks for."""
+    """Returns as much of a diagnosis as the drawing asks for."""
     model = {"friction": {"mu_s": 0.4}, "effects": {"kinetic_drop": {"drop": 0.2}}}
     told = SimpleNamespace(mu_s=SimpleNamespace(value=0.4), names=names, model=model, verdict=verdict)
     return cast(Diagnosis, told)

@@ -1,4 +1,4 @@
-"""What cannot be written is said before the work is done, and nothing is left behind."""
+"""A file that cannot be written is told of before the work is done, and nothing is left behind."""
 
 from __future__ import annotations
 

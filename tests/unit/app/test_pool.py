@@ -90,7 +90,7 @@ def test_only_the_workers_have_one_thread_each():
 
 
 def test_a_backend_that_answers_whole_rounds_only_is_asked_round_by_round(monkeypatch: pytest.MonkeyPatch):
-    """As Ray's does; here it is joblib's own of that kind."""
+    """The backend is asked as Ray's is; here it is joblib's own of that kind."""
     monkeypatch.setattr("station.pool._ROUND", 4)
     with joblib.parallel_config("multiprocessing", n_jobs=1), spread(not_the_third, [0, 1, 2] * 3, jobs=0) as results:
         assert list(results) == [0, 1, 2] * 3
@@ -129,7 +129,7 @@ def test_workers_end_with_a_command_that_is_killed(slow: tuple[subprocess.Popen[
 
 @pytest.mark.skipif(sys.platform == "win32", reason="process groups are not of this system")
 def test_ctrl_c_ends_command_and_workers_in_one_word(slow: tuple[subprocess.Popen[str], list[int]]):
-    """On a terminal all of them get it."""
+    """A terminal sends it to all of them."""
     command, workers = slow
     os.killpg(command.pid, signal.SIGINT)
     said, _ = command.communicate(timeout=PATIENCE_S)

@@ -250,7 +250,7 @@ def test_another_session_begins_anew(bus: MemoryBus, tmp_path: Path) -> None:
     def give(topic: str, message: Message) -> None:
         follower.take(Received(topic, 1, message))
 
-    give("session/sample", session.sample())  # what the bus kept arrives before the heartbeat
+    give("session/sample", session.sample())  # messages that the bus kept arrive before the heartbeat
     give("session/heartbeat", Heartbeat(1, armed=True, owner="one"))
     assert len(follower.samples()[1]) == 1
     assert follower.state()["total"] is None

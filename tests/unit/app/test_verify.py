@@ -127,7 +127,7 @@ def test_a_sample_in_the_middle_that_was_left_out_is_found(tmp_path: Path) -> No
 
 
 def test_a_forged_stop_hides_no_sample(tmp_path: Path) -> None:
-    """What follows a stop by hand is not decided by the machine, and no sample is among it."""
+    """The machine does not decide what follows a stop by hand, and no sample is among it."""
 
     def edit(items: Iterator[Item]) -> Iterable[Item]:
         seen = 0

@@ -56,7 +56,7 @@ def test_an_arm_folded_into_itself_is_found(stage: TiltStage) -> None:
 
 
 def test_the_holding_torque_is_gravity_times_lever(stage: TiltStage, model: ArmModel) -> None:
-    """Against a sum over the links by hand, without plate and camera: masses at the capsules' middles."""
+    """The torque is compared with a sum over the links by hand: masses at the middles of the capsules."""
     arm = scene(stage, camera_height_m=0.0)
     measured = arm.holding_torque_nm(stage.home_rad)
     links = link_transforms(model, stage.home_rad)

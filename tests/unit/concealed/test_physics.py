@@ -35,7 +35,7 @@ def test_a_plain_block_slips_at_the_angle_of_repose_and_follows_newton():
             pull = 9.81 * np.sin(angle) - NULL.mu * (9.81 * np.cos(angle) - 2.0 * rate * speed)
             speed = np.concatenate([[0.0], np.cumsum(0.5 * step * (pull[1:] + pull[:-1]))])
         length = np.concatenate([[0.0], np.cumsum(0.5 * step * (speed[1:] + speed[:-1]))])
-        # What is left are the forces of a plate whose turning changes, at the block's distance from the pivot.
+        # The rest are the forces of a plate whose turning changes, at the block's distance from the pivot.
         assert way @ downhill(run) == pytest.approx(np.interp(seconds, fine, length), abs=3e-4)
         assert tilt[-1] > done.truths[1]
 
@@ -93,7 +93,7 @@ def test_friction_is_the_nearest_point_of_its_set():
 
 
 def early_growth(world: World = NULL) -> float:
-    """By how much the way grows when the time since the onset doubles: 8 for t³, 4 for t²."""
+    """Returns how much the way grows when the time since the onset doubles: 8 for t³, 4 for t²."""
     ratios = []
     for run in slid(quiet(8, world=world, wide_steps=1, wide_deg=30.0)):
         seconds, way, _ = path_of(run)
@@ -317,7 +317,7 @@ def test_a_rolling_shutter_shears_a_moving_mark_by_speed_times_row():
 
 
 def test_a_rolling_shutter_sees_each_corner_in_the_row_where_it_then_is():
-    """Of a mark that moves down the image and speeds up, each corner's row is read when the corner is there."""
+    """A mark moves down the image and speeds up: each corner's row is read when the corner is there."""
     seen, still = np.zeros(8), np.zeros(8)
     world, speed, gain = NULL._replace(readout_s=0.03), np.array([0.05, -0.4, 0.0]), np.array([0.5, -3.0, 0.0])
     see_mark(world, np.zeros(3), speed, gain, 0.0, 0.0, seen)

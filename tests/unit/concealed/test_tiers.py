@@ -1,4 +1,4 @@
-"""What each tier plans: strengths in detection limits, classes, and names that tell nothing."""
+"""Each tier plans strengths in detection limits, classes, and names that tell nothing."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""What `.ci/run` does where it is not root, or has no apt, or cannot have a package or a wheel: it says so and goes on.
+"""`.ci/run` goes on, and says so, where it is not root, has no apt, or cannot have a package or a wheel.
 
 The script runs in a folder of its own, where `make`, `apt-get`, `id` and the environment's Python only write down what
 they are asked for: nothing is installed.

@@ -1,4 +1,4 @@
-"""What speaks against a target is said in one sentence, and what can be forced is known."""
+"""Objections to a target are said in one sentence, and what can be forced is known."""
 
 from __future__ import annotations
 

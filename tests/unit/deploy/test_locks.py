@@ -21,7 +21,7 @@ UNREACHABLE = ("Connection", "connection", "timed out", "resolve", "ProxyError",
 
 
 def resolve_for(system: System, folder: Path) -> list[dict[str, str]]:
-    """What pip would install on the system, of wheels alone; nothing is installed, only metadata is read."""
+    """Returns what pip would install on the system, of wheels alone; nothing is installed, only metadata is read."""
     wanted = [f"{pin.name}=={pin.version}" for pin in read_lock(system.lock)] + [f"numpy=={system.numpy}"]
     words = [sys.executable, "-m", "pip", "install", "--dry-run", "--ignore-installed", "--report", "-", "--quiet"]
     words += ["--retries", "0", "--timeout", "20", "--disable-pip-version-check", "--target", str(folder)]

@@ -1,4 +1,4 @@
-"""What `make setup` refuses, in one sentence, before it fetches anything."""
+"""`make setup` refuses in one sentence what cannot work, before it fetches anything."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ SIZES = Path(__file__).parents[3] / "deploy" / "sizes.py"
 
 
 def told(*words: str, path: Path) -> str:
-    """What it says on its way out, where programs are sought in this folder."""
+    """Returns what it says on its way out, where programs are sought in this folder."""
     done = subprocess.run(
         [sys.executable, str(SIZES), *words], env={"PATH": str(path)}, capture_output=True, text=True, check=False
     )

@@ -1,4 +1,4 @@
-"""What a deployment hears of a camera: it goes on listening until the corners tell a rate."""
+"""A deployment goes on listening to a camera until its corners tell a rate."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ def turned(time_s: float) -> Array:
 
 
 def felt(time_s: float, place_m: Array, speed_m_s: float = 0.0) -> Array:
-    """What accelerates a block at a place (3,) from the true pivot, in the plate's axes: by second differences."""
+    """Returns the acceleration (3,), m/s², of a block at a place (3,) from the true pivot, in the plate's axes."""
     before, now, after = (turned(time_s + by) for by in (-APART_S, 0.0, APART_S))
     bend, slope = (after - 2.0 * now + before) / APART_S**2, (after - before) / (2.0 * APART_S)
     return now.T @ (GRAVITY - bend @ place_m - 2.0 * slope @ np.array([speed_m_s, 0.0, 0.0]))

@@ -43,5 +43,5 @@ def samples(*, runs: int = RUNS, grain: float = 0.0, seed: int = 3, directions: 
 
 @cache
 def grained() -> Examined:
-    """Of a table in which friction depends on the direction by a fifth."""
+    """Returns the diagnosis of a table in which friction depends on the direction by a fifth."""
     return recommended(examined(samples(grain=0.2), catalogue(), name="grained.csv"), catalogue())

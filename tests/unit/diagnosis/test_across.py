@@ -118,7 +118,7 @@ def test_a_block_on_a_level_plate_goes_where_it_was_sent() -> None:
 
 
 def test_a_turning_block_is_carried_aside_where_its_pressure_leads() -> None:
-    """By lead L ω / v of its friction (1 cm, 0.1 m/s); a nap of bristles carries nothing aside, a grain does."""
+    """Its friction carries it by lead L ω / v (1 cm, 0.1 m/s); a nap carries nothing aside, a grain does."""
     known = catalogue()
     rate = np.random.default_rng(20261483).normal(0.0, 1.0, RUNS)[NODE_RUN]
     across = across_of(DOWN_RAD, yaw_rate_rad_s=rate)

@@ -77,7 +77,7 @@ def test_one_mass_cannot_show_what_depends_on_the_load() -> None:
 
 
 def test_a_whole_session_can_be_judged() -> None:
-    """What the cases below lack is what makes them untestable."""
+    """The sessions below are untestable for what they lack of this one."""
     found = answered(session())
     assert found.used_runs == 24
     assert found.verdict != "untestable"

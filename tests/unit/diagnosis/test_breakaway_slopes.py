@@ -23,7 +23,7 @@ SLIDES = {
 
 
 def _share(law: Law, speed: float) -> float:
-    """What is left of the static friction at a speed."""
+    """Returns the share of the static friction that is left at a speed."""
     ratio = speed / law.fall_speed_m_s
     fallen = {EXPONENTIAL: -math.expm1(-ratio), LORENTZIAN: 1 - 1 / (1 + ratio**2), LOGARITHM: math.log1p(ratio)}
     return 1.0 - law.drop - law.fall * fallen[law.shape]

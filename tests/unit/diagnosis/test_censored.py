@@ -26,7 +26,7 @@ GRAIN = catalogue()["plate_anisotropy"]
 
 @pytest.mark.parametrize("limit", [-6.0, -1.0, 0.0, 2.0])
 def test_a_limit_tells_what_its_probability_does(limit: float) -> None:
-    """Against the second difference of the log probability to lie beyond it."""
+    """The information is compared with the second difference of the log probability to lie beyond the limit."""
     limits, step = np.array([True]), 1e-3
     _, curvature = pulls(np.array([limit]), GAUSSIAN, limits)
     near = norm.logsf([limit - step, limit, limit + step])

@@ -21,7 +21,7 @@ from station.simulators.simulator import simulator
 from tests.unit.diagnosis.recorded import OPENING_RADIUS_M, golden, joined
 
 ABSORBED = ("adhesion", "angle_scale", "load_dependence")
-"""What mu absorbs in a session with one mass and one angle sensor: nuisances, almost along one line."""
+"""The effects that mu absorbs with one mass and one angle sensor: nuisances, almost along one line."""
 DROP = 0.3
 
 
@@ -54,7 +54,7 @@ def test_the_maximum_is_the_same_wherever_the_climb_begins() -> None:
 
 
 def test_a_climb_that_leads_nowhere_ends() -> None:
-    """At the top a climb asks for slopes at most twice, and says that it has converged."""
+    """A climb at the top asks for slopes at most twice, and says that it has converged."""
     evidence, _ = _simulated()
     top = _from(DROP)
     climb = Climb(evidence, top.model, top.free, noise=top.noise)

@@ -72,7 +72,7 @@ def check(value: Any, wanted: Any, where: str = "") -> None:
 
 
 def told(diagnosis: Diagnosis) -> dict[str, Any]:
-    """As another program reads it: strictly JSON, without NaN."""
+    """Returns the diagnosis as another program reads it: strictly JSON, without NaN."""
     return json.loads(json.dumps(as_json(diagnosis), allow_nan=False))
 
 

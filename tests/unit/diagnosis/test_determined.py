@@ -1,4 +1,4 @@
-"""What is known only as a combination, and what is at a bound."""
+"""A diagnosis says which numbers are known only as a combination, and which are at a bound."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_the_creep_below_the_limit_is_found_within_its_error() -> None:
 
 
 def test_the_slope_is_known_where_size_and_shape_are_not() -> None:
-    """Above the cut-off speed the slope is the size, whatever the shape."""
+    """The slope above the cut-off speed is the size, whatever the shape."""
     evidence, found = _entangled()
     (slope,) = determined(evidence, found, found.model.terms[-1])
     assert "per e-fold" in slope.expression

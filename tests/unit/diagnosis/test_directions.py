@@ -40,7 +40,7 @@ def test_slides_that_nothing_turns_go_down() -> None:
 
 @pytest.mark.parametrize(("wave_rad", "own_rad"), [(0.03, 0.0), (0.0, 0.02), (0.03, 0.02)])
 def test_deviations_are_as_large_as_expected(wave_rad: float, own_rad: float) -> None:
-    """By a regression of the true deviations on the expected ones, whose slope is 1."""
+    """A regression of the true deviations on the expected ones has a slope of 1."""
     rng = np.random.default_rng(20261131)
     drawn = [seen(rng, wave_rad=wave_rad, own_rad=own_rad) for _ in range(20)]
     true, expected = np.array([one for one, _ in drawn]), np.array([found.off_rad for _, found in drawn])
@@ -52,5 +52,5 @@ def test_what_similar_slides_share_is_none_of_their_own() -> None:
     rng = np.random.default_rng(20261132)
     _, found = seen(rng, wave_rad=0.03, own_rad=0.02)
     assert np.std(found.common_rad) == pytest.approx(0.03 / math.sqrt(2.0), rel=0.2)
-    own = 0.02**2 / math.hypot(0.02, SIGMA)  # what can be expected of it, given so noisy a measurement
+    own = 0.02**2 / math.hypot(0.02, SIGMA)  # the spread that can be expected of it, given so noisy a measurement
     assert 0.6 * own < np.std(found.off_rad - found.common_rad) < 1.1 * own

@@ -24,7 +24,7 @@ def pivot(time_s: float) -> Array:
 
 
 def relative(time_s: float) -> Array:
-    """Where the plate sees a body that falls freely in the world."""
+    """Returns the place at which the plate sees a body that falls freely in the world."""
     fallen = np.array([0.02, -0.01, 0.0]) + np.array([0.3, 0.2, 0.0]) * time_s
     fallen[2] -= 0.5 * GRAVITY_M_S2 * time_s**2
     return turn(time_s).inv().apply(fallen - pivot(time_s))

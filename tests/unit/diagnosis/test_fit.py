@@ -18,13 +18,13 @@ from station.physics.model import Model, Term
 from tests.unit.diagnosis.tables import MU, samples
 
 FALL, RUNS = 0.15, 20.0
-"""What is planted: wear that settles early in the session."""
+"""Wear of this size is planted, and settles early in the session."""
 
 SCATTER = 0.09
 
 
 def _worn() -> list[float]:
-    """What is left of the friction in each of 200 runs, with a scatter that makes the search hard."""
+    """Returns the friction left in each of 200 runs, with a scatter that makes the search hard."""
     rng = np.random.default_rng(2)
     return [(1.0 + FALL * math.expm1(-run / RUNS)) * math.exp(rng.normal(0.0, SCATTER)) for run in range(200)]
 

@@ -1,4 +1,4 @@
-"""How long a block is seen to lie where it was: a slide to the foam that the rig did not notice ends it."""
+"""A block is held as long as it is seen to lie where it was: an unnoticed slide to the foam ends it."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def track(moved_m: float, *, at_s: float = 5.0, over_s: float = 0.2, noise_m: fl
 
 
 def test_a_block_that_slides_to_the_foam_is_held_no_longer() -> None:
-    """By 4 mm in a fifth of a second."""
+    """It slides by 4 mm in a fifth of a second."""
     assert track(4e-3).held_until_ns == pytest.approx(5e9, abs=1e8)
 
 

@@ -129,7 +129,7 @@ def scattered(evidence: Evidence, plain: Fit, by: float) -> Fit:
 
 
 def test_no_recording_scores_above_its_ceiling_because_it_is_calm() -> None:
-    """Of rows with half their noise the ceiling is theirs; what rows with twice their noise lack, they lack."""
+    """A recording with half its noise has a ceiling of its own; what rows with twice their noise lack, they lack."""
     evidence, plain = plain_fit()
     calm, wild = (scattered(evidence, plain, by) for by in (0.5, 2.0))
     assert (calm.log_run - expected_log_run(evidence, calm)).mean() == pytest.approx(0.0, abs=0.5)
@@ -138,7 +138,7 @@ def test_no_recording_scores_above_its_ceiling_because_it_is_calm() -> None:
 
 
 def test_the_share_of_the_gap_has_the_error_of_a_ratio() -> None:
-    """Against the scatter of 400 sessions of 60 runs whose gaps differ by as much as they are."""
+    """The error is compared with the scatter of 400 sessions of 60 runs whose gaps differ as much as they are."""
     rng = np.random.default_rng(4)
     found = [share_of_gap(0.8 * gap + rng.normal(0.0, 1.0, 60), gap) for gap in rng.gamma(1.0, 10.0, (400, 60))]
     values, errors = (np.array([getattr(one, name) for one in found]) for name in ("value", "sd"))

@@ -28,7 +28,7 @@ SQUARE_M = 0.005 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
 
 
 def evidence_with(model: Model, *, seed: int) -> Evidence:
-    """What sessions of three runs show in a world of that model."""
+    """Returns what sessions of three runs show in a world of that model."""
     recorded, rig = golden()
     rig = replace(rig, plate=replace(rig.plate, opening_m=2 * OPENING_RADIUS_M))
     rng = np.random.default_rng(seed)
@@ -119,7 +119,7 @@ def test_no_turn_is_a_strain_and_a_shear_is_one_however_the_mark_lies() -> None:
 
 @pytest.mark.parametrize("lens", [0.05, -0.03])
 def test_the_size_of_a_lens_is_not_off_by_the_marks_own_strain(lens: float) -> None:
-    """Of 30 sessions the mean is within three standard errors; with medians it was .6 to 1 % too small."""
+    """The mean of 30 sessions is within three standard errors; with medians it was 0.6 to 1 % too small."""
     rng = np.random.default_rng(9)
     effect, found = catalogue()["lens_distortion"], list[float]()
     model = Model(mu_s=0.35).with_term(Term(effect, {"k1": lens}))

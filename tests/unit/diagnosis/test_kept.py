@@ -27,7 +27,7 @@ def test_evidence_lets_the_recording_go() -> None:
 
 
 def test_a_file_s_signals_go_before_the_search(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What reads them is handed on, and not what was read; nothing holds them while models are fitted."""
+    """The readers' results are handed on, and not what was read; nothing holds that while models are fitted."""
     kept, alive = list[weakref.ref[Any]](), list[bool]()
 
     def read() -> Signals:

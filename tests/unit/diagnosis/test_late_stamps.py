@@ -60,7 +60,7 @@ def test_a_wrong_clock_leads_them_astray(errors: dict[float, float]) -> None:
 
 
 def test_the_plate_pushes_a_slip_at_the_right_moment() -> None:
-    """What a pivot adds at slips with late stamps is what it adds with punctual ones, to a hundredth of the largest."""
+    """A pivot adds at slips with late stamps what it adds with punctual ones, to a hundredth of the largest."""
     known = catalogue()
     pivot = Term(known["pivot_offset"], {"x_m": 0.0, "y_m": 0.0, "z_m": 0.3})
     delay = Term(known["clock_offset"], {"delay_s": LATE_S, "of_arm": 0.0})
@@ -70,7 +70,7 @@ def test_the_plate_pushes_a_slip_at_the_right_moment() -> None:
 
 
 def _added(signals: Signals, model: Model, term: Term, *, late_s: float) -> Array:
-    """What a term adds to the runs' log friction."""
+    """Returns what a term adds to the runs' log friction."""
     more = replace(model, terms=(*model.terms, term))
     return _residual(signals, more, late_s=late_s) - _residual(signals, model, late_s=late_s)
 

@@ -23,7 +23,7 @@ from tests.unit.diagnosis.tables import MU, samples
 
 @pytest.mark.parametrize("exponent", [0.0, 0.2, 0.5])
 def test_a_law_of_the_load_that_nobody_can_see_takes_no_part_of_the_level_with_it(exponent: float) -> None:
-    """Of one mass, 0.2 with a law of the load was once written as 0.06 without it."""
+    """A level of 0.2 with a law of the load, at one mass, was once written as 0.06 without it."""
     table = samples(runs=80)
     evidence = table_evidence(table, Setting())
     null = fit(evidence, levelled(evidence, Model(mu_s=0.4)), ())

@@ -1,4 +1,4 @@
-"""What a run remembers of the one before belongs to that run, whatever number the recording's first run has."""
+"""A run's memory of the one before belongs to that run, whatever number the recording's first run has."""
 
 from __future__ import annotations
 

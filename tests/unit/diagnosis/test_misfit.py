@@ -1,4 +1,4 @@
-"""What a law leaves to others by not being nature's."""
+"""A law leaves a part to others by not being nature's."""
 
 import pytest
 

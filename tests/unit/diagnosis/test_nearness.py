@@ -70,7 +70,7 @@ def test_no_other_channel_is_led_astray() -> None:
 
 
 def test_a_block_that_creeps_near_its_limit_changes_no_channel_s_noise() -> None:
-    """By a tenth of a millimetre, in all stretches in which it may have: the others tell how good the camera is."""
+    """It creeps by 0.1 mm in all stretches in which it may have: the others tell how good the camera is."""
     still = residuals(seen(), PLAIN)
     near = resting().rows.astray > resting().rows.sigma
     assert near.sum() > 5
@@ -88,7 +88,7 @@ def test_its_creep_is_measured_by_what_may_have_crept_alone() -> None:
 
 
 def _sigmas(noise: Noise, row: int, moved_m: float) -> float:
-    """How many standard deviations a resting block has moved that alone in its run is off by `moved_m`."""
+    """Returns by how many standard deviations a resting block has moved that alone in its run is off by `moved_m`."""
     first = sum(len(channel) for channel in seen().channels[: seen().channels.index(resting())])
     whitening = Whitening(seen(), noise)
     moved = np.zeros(len(whitening.run))

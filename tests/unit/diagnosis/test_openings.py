@@ -47,7 +47,7 @@ def test_two_corners_are_no_outline() -> None:
 
 
 def test_the_slide_of_a_block_that_lay_at_the_foam_counts_where_it_is_free() -> None:
-    """Not its onset, which the foam may have held or hastened."""
+    """The onset does not count: the foam may have held or hastened it."""
     recorded, rig = golden()
     rig = replace(rig, plate=replace(rig.plate, opening_m=2 * OPENING_RADIUS_M))
     rng = np.random.default_rng(2)

@@ -1,4 +1,4 @@
-"""What is read from a block that another tracker follows in space: its heading on any face, and its track's noise."""
+"""A block that another tracker follows in space tells its heading on any face, and its track's noise."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ GHOSTS = "/world/platform/simulated/"
 
 
 def diagnosis(*, claimed: bool = True) -> Diagnosis:
-    """Of the golden session, as if friction depended on the direction, and the second run's onset stood out."""
+    """Returns the golden session's diagnosis, as if friction had a direction and the second run's onset stood out."""
     recorded, _ = golden()
     sample = recorded.samples[1]
     effect = catalogue()["plate_anisotropy"]
@@ -48,7 +48,7 @@ def diagnosis(*, claimed: bool = True) -> Diagnosis:
 
 
 def written(path: Path, found: Diagnosis) -> dict[str, int]:
-    """How many rows each entity of the file has."""
+    """Returns how many rows each entity of the file has."""
     _, rig = golden()
     assert write_overlay(open_recording(GOLDEN), found, path, rig=rig, known=catalogue(), rig_path=None) > 1000
     rerun("rrd", "verify", path)
@@ -63,14 +63,14 @@ def test_recorded_and_simulated_blocks_stand_in_one_file(tmp_path: Path) -> None
         assert rows[f"{GHOSTS}{name}/way"] == 3  # one for each run
         assert rows[f"/plots/block/simulated/{name}"] > 100
     assert rows["/world/platform/block"] > 100
-    assert rows["/state/located/1"] == 3  # what it means, and where it begins and ends
+    assert rows["/state/located/1"] == 3  # its meaning, and where it begins and ends
     assert rows["/log/diagnosis"] == 1
     assert rows["/world/platform/located"] == 2
     assert rows["/diagnosis"] == 1
 
 
 def test_the_ghosts_are_those_of_the_simulator_that_was_asked_for() -> None:
-    """In MuJoCo with the user's own soft contact a block has crept down by the time it slides."""
+    """A block in MuJoCo with the user's own soft contact has crept down by the time it slides."""
     recorded, rig = golden()
     soft = replace(rig, simulator=Table({"mujoco": {"cone": "elliptic"}}))
     planar, mujoco = (

@@ -34,7 +34,7 @@ def test_more_of_the_same_runs_are_as_if_they_had_been_done(times: int) -> None:
     assert foretold.information == pytest.approx(done.information, rel=1e-9)
     assert foretold.absorbed.projection == pytest.approx(done.absorbed.projection, rel=1e-9)
     assert foretold.in_runs(20.0).information == pytest.approx(some.information, rel=1e-9)
-    # What only a prior keeps from being absorbed is hardly known better by more runs.
+    # A number that only a prior keeps from being absorbed is hardly known better by more runs.
     assert done.information[1, 1] < 1.2 * some.information[1, 1] < times * some.information[1, 1]
 
 

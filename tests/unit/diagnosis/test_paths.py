@@ -1,4 +1,4 @@
-"""How blocks gather speed tells laws of sliding apart that look alike once they slide."""
+"""Laws of sliding that look alike once blocks slide are told apart by how blocks gather speed."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _term(name: str, sign: float = 1.0) -> Term:
 
 @pytest.mark.parametrize("name", LAWS)
 def test_the_law_by_which_blocks_break_away_is_the_likeliest(name: str) -> None:
-    """By more than the search for the best values may be short of."""
+    """The likeliest law leads by more than the search for the best values may be short of."""
     paths = _paths(name)
     sign = -1.0 if name == "rate_strengthening" else 1.0
     log = {other: paths.log_likelihood([_term(other, sign)]) for other in LAWS}
@@ -71,7 +71,7 @@ def test_the_law_by_which_blocks_break_away_is_the_likeliest(name: str) -> None:
 
 
 def test_only_what_changes_how_blocks_slide_is_told() -> None:
-    """What static and sliding friction share leaves the paths as they are."""
+    """The paths are left as they are by what static and sliding friction share."""
     paths = _paths("kinetic_drop")
     named = catalogue()
     patch = Term(named["friction_patch"], {**named["friction_patch"].neutral(), "slope_x": 0.1})

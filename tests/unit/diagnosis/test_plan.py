@@ -55,7 +55,7 @@ DRAWN = {"dwell": "dwell_s", "direction": "down", "mass": "mass_kg", "heading": 
 
 @pytest.mark.parametrize("change", SINGLE, ids=lambda change: change.factor)
 def test_a_change_has_no_order_left(change: Change) -> None:
-    """What a change draws does not depend on the run's number, wherever it did before."""
+    """A changed factor does not depend on the run's number, wherever it did before."""
     rows = np.arange(float(RUNS))
     tied = paper(dwell_s=rows + 1.0, mass_kg=rows + 1.0, mount=rows / RUNS, yaw=rows / RUNS, x=rows / 1e4, y=rows / 1e4)
     _, draw = protocol_of(on_paper(tied, mu_s=0.4), (change,), runs=100)
@@ -64,7 +64,7 @@ def test_a_change_has_no_order_left(change: Change) -> None:
 
 
 def test_what_was_done_is_not_proposed() -> None:
-    """Where the block already turns, both grains are apart: the same again is enough, and nothing is done by hand."""
+    """A block that already turns sets both grains apart: the same again is enough, and nothing is done by hand."""
     rivals = [KNOWN["plate_anisotropy"], KNOWN["object_anisotropy"]]
     turning = paper(yaw=np.random.default_rng(1).uniform(-np.pi, np.pi, RUNS))
     assert "by hand" in separate(rivals, KNOWN).plan
@@ -114,7 +114,7 @@ VISCOUS = Term(KNOWN["viscous"], {"drag_n_s_m": 0.02, "by_load": 0.0})
 
 
 def test_a_shape_that_one_mass_leaves_open_stands_for_each_value() -> None:
-    """Whether a drag grows with the load is unknown after runs of one mass: either says the same of these."""
+    """Runs of one mass do not tell if a drag grows with the load: either says the same of these."""
     evidence, beside = on_paper(paper(mass_kg=np.full(RUNS, 0.02)), mu_s=0.4).evidence, Model(mu_s=0.4)
     one, other = open_shapes(evidence, beside, Rival(VISCOUS, 0.8))
     assert [one.term.values["by_load"], other.term.values["by_load"]] == [0.0, 1.0]

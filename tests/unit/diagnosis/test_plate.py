@@ -1,4 +1,4 @@
-"""How fast the plate gathers and loses speed, between two readings of its attitude as well."""
+"""A plate's motion tells how fast it gathers and loses speed, also between two readings of its attitude."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def _course(time_s: Array) -> tuple[Array, Array, Array]:
 
 
 def moving_plate(*, noise_rad: float = 0.0, late_s: float = 0.0) -> PlateMotion:
-    """From readings at HZ, their rates as late as a filter makes them."""
+    """Returns a plate's motion from readings at HZ, their rates as late as a filter makes them."""
     time_s = np.arange(0.0, STEPS * STEP_S, 1.0 / HZ)
     tilt, rate = _course(time_s)[0], _course(np.maximum(time_s - late_s, 0.0))[1]
     tilt = tilt + np.random.default_rng(3).normal(0.0, noise_rad, len(tilt))

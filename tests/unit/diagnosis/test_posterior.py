@@ -1,4 +1,4 @@
-"""How much is believed of each name, and which names make a class."""
+"""The posterior tells how much is believed of each name, and which names make a class."""
 
 from types import SimpleNamespace
 from typing import Any, cast
@@ -12,7 +12,7 @@ from station.diagnosis.search.search import Search
 
 
 def _comparison(*odds: tuple[str, float], gain: float = 0.0) -> Comparison:
-    """What could fill a place: ids with twice the log of their odds, the first with a gain."""
+    """Returns what could fill a place: ids with twice the log of their odds, the first with a gain."""
     candidates: Any = tuple(
         SimpleNamespace(
             ids=(name,), twice_log_odds=each, twice_gain=gain, unexpected=False, effects=(SimpleNamespace(id=name),)

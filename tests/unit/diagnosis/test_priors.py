@@ -1,4 +1,4 @@
-"""What mu absorbs has one prior, whether it is allowed for or claimed; no other effect has any."""
+"""The same law has one prior, whether mu absorbs it or it is claimed; no other effect has any."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ def _curvature(at: Array) -> Curvature:
 
 
 def test_a_step_ends_at_the_maximum_between_its_bounds() -> None:
-    """As SciPy finds it, where clipping the free maximum would lead elsewhere."""
+    """SciPy finds the same maximum, where clipping the free maximum would lead elsewhere."""
     rng = np.random.default_rng(3)
     root = rng.normal(size=(4, 4))
     quadratic = Quadratic(rng.normal(size=4), root @ root.T + 0.1 * np.eye(4))
@@ -57,7 +57,7 @@ def test_a_bent_step_stays_in_a_curved_valley() -> None:
 
 
 def test_a_bend_is_no_longer_than_trusted() -> None:
-    """Where the residuals turn sharply, the bent way is longer than the straight one by BENT of it at most."""
+    """The bent way is longer than the straight one by BENT of it at most, where the residuals turn sharply."""
     here = _curvature(np.zeros(2))
     quadratic = Quadratic.of(here, np.zeros(2), np.zeros(2))
     move = np.array([1.0, 0.0])

@@ -52,7 +52,7 @@ def test_a_wave_that_is_there_is_not_shrunk() -> None:
 
 
 def test_the_variances_are_the_likeliest() -> None:
-    """Those that SciPy finds by the values' own likelihood give the same coefficients."""
+    """SciPy finds variances by the values' own likelihood, which give the same coefficients."""
     rng = np.random.default_rng(20261129)
     design = rng.normal(size=(40, 4))
     values = design @ [0.03, -0.02, 0.004, 0.001] + rng.normal(0.0, SIGMA, 40)

@@ -254,7 +254,7 @@ def test_a_promised_standard_error_is_told_in_the_unit_of_what_is_known() -> Non
 
 
 def test_a_candidate_of_a_better_rank_has_no_smaller_weight() -> None:
-    """Both are by the log odds: the BIC alone would give a pair, whose prior is smaller, more weight than its rank."""
+    """The log odds give both: the BIC alone would give a pair, whose prior is smaller, more weight than its rank."""
     diagnosis = grained().diagnosis
     first, *_ = diagnosis.candidates
     pair = replace(first, told="a pair", bic=first.bic + 2.0, twice_log_odds=first.twice_log_odds - 4.0, fitted=True)

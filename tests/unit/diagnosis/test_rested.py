@@ -1,4 +1,4 @@
-"""How long a block had lain: what the protocol chose where a model asks, and what happened where a slide asks."""
+"""A block's rest is what the protocol chose where a model asks, and what happened where a slide asks."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ LENS = Term(catalogue()["lens_distortion"], {"k1": 0.06})
 
 
 def test_a_slide_through_a_lens_is_as_the_lens_says() -> None:
-    """What a slide's windows show too much, or too little, under the plain law is what the lens does to them."""
+    """A slide's windows show too much or too little under the plain law: just what the lens does to them."""
     recorded, rig = golden()
     rig = replace(rig, plate=replace(rig.plate, opening_m=2 * OPENING_RADIUS_M))
     plain, bent = Model(mu_s=MU), Model(mu_s=MU, terms=(LENS,))

@@ -28,7 +28,7 @@ RUNS, NEAR = 60, 4
 
 
 class _Crept(Channel):
-    """How far blocks have come before their slips, after LASTED_S at one distance to the limit."""
+    """The ways that blocks have come before their slips, after LASTED_S at one distance to the limit."""
 
     name, title, phase, unit = REST, "the block's place before the slip", "pre-slip", "m"
 

@@ -1,4 +1,4 @@
-"""When slides began is read from what all of a session's slides have in common, whatever falls or drags there."""
+"""The beginning of slides is read from what all of a session's slides have in common, whatever falls or drags."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ RATE_RAD_S, MU = math.radians(3.0), 0.35
 EXACT_S = 2e-4
 
 Friction = Callable[[float], float]
-"""Of a speed, m/s: friction over the static one."""
+"""The ratio of friction to the static one, as a function of speed (m/s)."""
 
 LAWS: dict[str, tuple[Friction, Law]] = {
     "plain": (lambda _: 1.0, Law()),

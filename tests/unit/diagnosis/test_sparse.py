@@ -68,7 +68,7 @@ def test_runs_that_are_whitened_apart_are_whitened_alike(fitted: tuple[Evidence,
 
 
 def test_scores_are_those_of_the_whole_table(fitted: tuple[Evidence, Fit], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Against the formula with all rows at once, in a few lines."""
+    """The formula with all rows at once gives the same, in a few lines."""
     evidence, found = fitted
     monkeypatch.setattr(Whitening, "parts", in_small_parts)
     effects = [catalogue()[name] for name in ("contact_aging", "viscous", "camera_sag", "plate_anisotropy")]

@@ -82,7 +82,7 @@ PUSHING = [one for one in (*catalogue().values(), *pushes()) if "push" in one.ac
 
 @pytest.mark.parametrize("effect", PUSHING, ids=lambda effect: effect.id)
 def test_a_push_that_a_resting_plate_has_as_well_moves_no_friction(effect: Effect) -> None:
-    """That of the pivot alone is the motion's: how an arm shakes at a slip is drawn at random, see `Effect.shaking`."""
+    """Only the pivot's push is the motion's: an arm's shaking at a slip is drawn at random, see `Effect.shaking`."""
     slid = session(ARM_M)
     released = _released([_slipping(one) for one in slid], slid)
     model = Model(mu_s=MU, terms=(Term(effect, typical(effect)),))
@@ -120,6 +120,6 @@ def _released(slips: list[Slipping], slid: list[Slid]) -> Released:
 
 
 def test_steps_are_smooth() -> None:
-    """Or else a second difference would be no acceleration."""
+    """A second difference would otherwise be no acceleration."""
     bends = [np.linalg.norm(attitude(np.array([t]), (1.0, 0.0)).acceleration_rad_s2) for t in np.linspace(4, 5, 400)]
     assert max(bends) < math.radians(2.0) * 10.0 / 0.25**2

@@ -22,7 +22,7 @@ def seen(own_rad_s: float) -> tuple[Array, Array, Array]:
 
 @pytest.mark.parametrize("own_rad_s", [0.2, 1.0])
 def test_true_rates_are_as_large_as_expected(own_rad_s: float) -> None:
-    """By a regression of the true rates on the expected ones, whose slope is 1; on the measured ones it is smaller."""
+    """A regression of the true rates on the expected ones has slope 1; on the measured ones it is smaller."""
     true, expected, error = seen(own_rad_s)
     middle = expected[:, 1]
     assert float(true @ middle / (middle @ middle)) == pytest.approx(1.0, abs=0.1)

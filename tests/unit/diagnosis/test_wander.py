@@ -1,4 +1,4 @@
-"""How friction wanders along slides, read from residuals in which it was planted."""
+"""The wander of friction along slides is read from residuals in which it was planted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the answer says in words: no more than is so, and no number that is none."""
+"""The answer in words says no more than is so, and no number that is none."""
 
 from __future__ import annotations
 

@@ -130,7 +130,7 @@ def test_the_site_runs_the_tutorial_and_no_other_file() -> None:
 
 
 def test_the_whole_site_can_be_built(tmp_path: Path) -> None:
-    """As `make docs` builds it, but for the tutorial, which the test above runs."""
+    """The site is built as `make docs` builds it, but for the tutorial, which the test above runs."""
     pytest.importorskip("mkdocs_jupyter", reason="what builds the site is not installed (the dependency group docs)")
     guide.stage(tmp_path / "pages")
     text = (guide.ROOT / "docs/mkdocs.yml").read_text("utf-8").replace("execute: true", "execute: false")

@@ -23,7 +23,7 @@ sys.path[:0] = [""]
 
 
 def apart(folder: Path, files: Sequence[ExportedFile], script: str) -> str:
-    """What the script prints in the folder with these files; it fails if the script does."""
+    """Returns what the script prints in the folder with these files; it fails if the script does."""
     for file in files:
         (folder / file.name).write_text(file.text, encoding="utf-8")
     words = [sys.executable, "-I", "-W", "error", "-c", WITHOUT_US + script]

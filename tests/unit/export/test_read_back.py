@@ -87,7 +87,7 @@ def test_bullet_takes_the_product_scaled_along_the_axes(tmp_path: Path, stem: st
 
 
 class Listener:
-    """In the place of pybullet: remembers what the loader says."""
+    """A stand-in for pybullet that remembers what the loader says."""
 
     URDF_USE_INERTIA_FROM_FILE = 2
 

@@ -1,4 +1,4 @@
-"""What the tiers plan, and that a written case says nothing of what is concealed in it."""
+"""The tiers plan cases, and a written case says nothing of what is concealed in it."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""What is planted in the twin acts there, by as much as was planted: on the truth, savings and all."""
+"""An effect planted in the twin acts there by as much as was planted: on the truth, savings and all."""
 
 import math
 

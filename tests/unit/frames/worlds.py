@@ -28,12 +28,12 @@ MU = PAIRS[PAIR][2]
 
 @dataclass
 class Seen:
-    """What was on the bus, and the world as the session left it."""
+    """The messages of the bus, and the world as the session left it."""
 
     world: TwinWorld
     samples: list[Sample] = field(default_factory=list[Sample])
     truth_m: list[tuple[float, float]] = field(default_factory=list[tuple[float, float]])
-    """Where the block was at each frame."""
+    """The block's place at each frame."""
     corners: list[MarkerCorners] = field(default_factory=list[MarkerCorners])
     plate: list[MarkerCorners] = field(default_factory=list[MarkerCorners])
     attitude: list[PlatformState] = field(default_factory=list[PlatformState])
@@ -49,7 +49,7 @@ DESIGN = Design(
     rate_deg_s=8.0, noise_px=0.03, light=0.9,
 )  # fmt: skip
 FREE_M = 0.033
-"""Within this distance of the middle no corner of the block touches the foam."""
+"""No corner of the block touches the foam within this distance of the middle."""
 G, SCALE = 9.81, 6e3 / (1.0 - 10.0 / 300.0)
 """m/s²; pixels per metre where the mark is, 10 mm above the plate and 290 mm below the camera."""
 
@@ -107,7 +107,7 @@ def pivot_at(seen: Seen, stamps_ns: NDArray[np.int64]) -> NDArray[np.float64]:
 
 
 def places_m(found: list[MarkerCorners]) -> NDArray[np.float64]:
-    """Where the block is seen (n, 2) on the plate, from the picture's middle."""
+    """Returns the places (n, 2), m, at which the block is seen on the plate, from the picture's middle."""
     return (np.array([one.corners_px for one in found]).reshape(-1, 4, 2).mean(axis=1) - 299.5) * (1.0, -1.0) / SCALE
 
 
@@ -125,7 +125,7 @@ def drag_beside(mu: float, seen: Seen) -> float:
 
 
 def _resisted(seen: Seen) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Of all frames of slides (n,): what presses (m/s²), speed (m/s), and what the path's second difference lacks."""
+    """Returns of slides' frames (n,): what presses (m/s²), speed (m/s), and what the path's second difference lacks."""
     found = [one for one in seen.corners if one.found]
     stamps = np.array([one.capture_ns for one in found])
     place = places_m(found)

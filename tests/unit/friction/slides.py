@@ -20,7 +20,7 @@ ATTITUDE_S = 1 / 125
 STEP_DEG = 1.35
 HOLD_S = 0.1
 KEPT_S = 3.0
-"""How much of the path before the detection a session fits."""
+"""The part of the path before the detection that a session fits."""
 _LOW_DEG, _HIGH_DEG = 4 * STEP_DEG, 30 * STEP_DEG
 _GRID_S = 2e-4
 _GONE_S = 2.0
@@ -53,7 +53,7 @@ class Slide:
     along: float = 1.0
 
     def detection_s(self, *, sag_px: float = 0.0) -> float:
-        """When the paper's rule, 10 + θ pixels, sees it."""
+        """Returns the time at which the paper's rule, 10 + θ pixels, sees it."""
         seen = np.abs(self.path_m * PX_PER_M + sag_px * np.sin(self.tilt_rad))
         return float(self.time_s[np.argmax(seen > 10 + np.degrees(self.tilt_rad))])
 
@@ -129,7 +129,7 @@ def measure(
     rng: np.random.Generator,
     end_s: float | None = None,
 ) -> Onset | None:
-    """What the estimator says of a slide, seen at 90 Hz with noise of the block's centre and a sagging camera.
+    """Returns the onset that the estimator finds in a slide, seen at 90 Hz with noise and a sagging camera.
 
     `scale` is what the camera takes for a metre.
     """

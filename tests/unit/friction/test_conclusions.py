@@ -1,4 +1,4 @@
-"""What is said of samples from which little or nothing can be concluded, and of good ones."""
+"""Conclusions of samples that tell little or nothing, and of good ones, are said in words."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def test_four_pairs_without_anisotropy_are_seldom_said_to_have_any():
         samples = [replace(one, object=a, plate=b) for a, b in names for one in session(60, rng=rng)]
         results = analyse(pairs_of([Session(samples, GEOMETRY)]), rng=rng)
         wrong += any("Friction depends" in note.text for result in results for note in conclusions(result))
-    assert wrong <= 4  # of 15 studies 0.75 are expected at the level of 5 %; five or more would come once in 1600 times
+    assert wrong <= 4  # 0.75 of 15 studies are expected at the level of 5 %; five or more would come once in 1600 times
 
 
 @pytest.mark.parametrize(

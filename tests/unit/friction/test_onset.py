@@ -185,7 +185,7 @@ def test_the_static_friction_before_a_drop_is_told_whatever_the_plate_does_then(
 
 
 def test_noise_of_the_tilt_is_no_turning() -> None:
-    """Of a plate that is tilted evenly nothing is taken off, however its readings err."""
+    """Nothing is taken off for a plate that is tilted evenly, however its readings err."""
     time_s, rng = np.arange(0.0, 1.0, 0.008), np.random.default_rng(5)
     tilt = 0.3 + 0.17 * time_s
     plain, noisy = (

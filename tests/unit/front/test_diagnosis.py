@@ -60,7 +60,7 @@ def planned(found: Examined, known: Catalogue) -> Examined:
 
 
 def by_command(capsys: pytest.CaptureFixture[str], *words: str | Path) -> dict[str, Any]:
-    """What `station diagnose --json` prints."""
+    """Returns what `station diagnose --json` prints."""
     assert main(["diagnose", *map(str, words), "--json"]) == 0
     return json.loads(capsys.readouterr().out)
 

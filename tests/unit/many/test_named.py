@@ -1,4 +1,4 @@
-"""Which recordings words name: files, globs, folders and addresses, each once, or a sentence before any work."""
+"""Words name recordings: files, globs, folders and addresses, each once, or a sentence before any work."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ def _client(endpoint: str) -> Any:
 
 @pytest.fixture(autouse=True)
 def settings(endpoint: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What the page tells a user to set; fsspec has read its own part of the environment when it was loaded."""
+    """Sets what the page tells a user to; fsspec has read its own part of the environment when it was loaded."""
     for name, value in {
         "AWS_ACCESS_KEY_ID": "a",
         "AWS_SECRET_ACCESS_KEY": "b",

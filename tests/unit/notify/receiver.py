@@ -15,7 +15,7 @@ SECRET = "s3cret-t0ken"
 
 @dataclass
 class Receiver:
-    """What came, by path; `status` is the answer, and while `held` is not set there is none."""
+    """The received requests, by path; `status` is the answer, and while `held` is not set there is none."""
 
     status: int = 200
     port: int = 0

@@ -1,4 +1,4 @@
-"""What a session does reaches the person who was named: from the real state machine, and through `station run`."""
+"""A named person hears what a session does: from the real state machine, and through `station run`."""
 
 from __future__ import annotations
 

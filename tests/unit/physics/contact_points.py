@@ -66,7 +66,7 @@ class ManyPoints:
         raise RuntimeError(f"expected a pressure that balances, got none in {ROUNDS} rounds")
 
     def _pressure(self, pulled: Array, normal_m_s2: float, active: Bools) -> Array:
-        """Of each point (k,), 0 where the sole has lifted; `pulled` are its coefficient times its way."""
+        """Returns the points' pressure (k,), 0 where the sole has lifted; `pulled`: each coefficient times its way."""
         basis = np.column_stack([np.ones(len(active)), self.places]) * active[:, None]
         arms = self.places - np.array(self.offset_m) - self.height_m * pulled
         solved = np.linalg.solve(np.vstack([basis.sum(axis=0), arms.T @ basis]), [normal_m_s2, 0.0, 0.0])

@@ -1,4 +1,4 @@
-"""What a recording has more than a simulation: both together are the recording."""
+"""A recording has a part that a simulation lacks: both together are the recording."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ def test_a_file_in_a_folder_is_an_effect(tmp_path: Path) -> None:
 
 
 def test_an_effect_travels_to_another_process(tmp_path: Path) -> None:
-    """Which has not read the folder: recordings are diagnosed side by side."""
+    """The other process has not read the folder: recordings are diagnosed side by side."""
     known = catalogue([written(tmp_path, GUST)])
     model = Model(
         mu_s=0.4, terms=(Term(known["gust"], {"push_m_s2": 0.25}), Term(known["wear"], {"fall": 0.1, "runs": 9.0}))
@@ -76,7 +76,7 @@ def test_an_effect_travels_to_another_process(tmp_path: Path) -> None:
 
 
 def test_an_edited_file_is_read_anew(tmp_path: Path) -> None:
-    """As in a notebook, between two calls."""
+    """A notebook edits a file between two calls."""
     assert catalogue([written(tmp_path, GUST)])["gust"].title == "a gust of air"
     again = catalogue([written(tmp_path, GUST.replace("a gust of air", "a strong gust of air"))])
     assert again["gust"].title == "a strong gust of air"
@@ -130,7 +130,7 @@ def test_two_folders_may_use_one_file_name(tmp_path: Path) -> None:
     ],
 )
 def test_a_broken_file_gives_one_sentence(tmp_path: Path, text: str, said: str) -> None:
-    """What was expected, what came, and in which file."""
+    """The sentence says what was expected, what came, and in which file."""
     with pytest.raises(UserError, match=said) as raised:
         catalogue([written(tmp_path, text)])
     assert "\n" not in str(raised.value)
@@ -167,7 +167,7 @@ def test_a_rig_file_without_physics_has_our_effects(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("physics", ['effects = "ours"', "folders = []"])
 def test_a_wrong_rig_file_is_named_with_its_line(tmp_path: Path, physics: str) -> None:
-    """As everywhere in the rig file."""
+    """The line is told as everywhere in the rig file."""
     rig = load_rig(rig_file(tmp_path, physics))
     with pytest.raises(UserError, match=r"rig.toml, line 3: expected .* for 'physics\."):
         catalogue_of_table(rig.physics)

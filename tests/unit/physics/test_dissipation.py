@@ -60,7 +60,7 @@ def test_a_round_curve_slides_where_it_is_pulled() -> None:
 
 
 def test_an_ellipse_slides_towards_its_easy_axis() -> None:
-    """Between the load and the axis of the smaller coefficient, here y."""
+    """The block slides between the load and the axis of the smaller coefficient, here y."""
     state = replace(resting(), mount_rad=np.zeros(len(LOAD_RAD)))
     load = np.full(len(LOAD_RAD), np.radians(45.0))
     _, way = threshold(model("plate_anisotropy", {"cos2": 0.4, "sin2": 0.0, "shape": -1.0}), state, load)
@@ -79,7 +79,7 @@ def test_support_has_the_derivatives_of_a_known_curve() -> None:
 
 
 def test_a_model_near_another_holds_along_the_ways_of_that_one_but_for_the_square_of_what_is_between_them() -> None:
-    """What the slopes of a fit rest on; never less than the threshold itself."""
+    """The slopes of a fit rest on this, which is never less than the threshold itself."""
     state = resting()
     near = model("plate_anisotropy", {"cos2": 0.3, "sin2": 0.1, "shape": -1.0})
     _, way = threshold(near, state, LOAD_RAD)

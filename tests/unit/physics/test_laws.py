@@ -23,7 +23,7 @@ SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
 
 def said(name: str, hook: str, state: Contact | View, **values: float) -> Array:
-    """What an effect says."""
+    """Returns what an effect says."""
     effect = KNOWN[name]
     return answer(effect, hook, effect.neutral() | values, state).copy()
 
@@ -104,7 +104,7 @@ def test_a_pyramid_holds_less_at_45_degrees() -> None:
 
 
 def test_adhesion_gives_the_published_onset() -> None:
-    """Where tan θ = mu (1 + F / (m g cos θ)) the load and friction balance."""
+    """The load and friction balance where tan θ = mu (1 + F / (m g cos θ))."""
     mu, force, mass = 0.4, 0.03, 0.01
     tilt = np.linspace(0.3, 0.9, 6001)
     state = at_rest(len(tilt), mass_kg=mass, tilt_rad=tilt)
@@ -183,7 +183,7 @@ def test_wear_settles() -> None:
 
 
 def test_a_patch_turns_with_the_plate() -> None:
-    """What was right of the centre is above it after a quarter turn."""
+    """A patch right of the centre is above it after a quarter turn."""
     state = at_rest(2, x_m=np.array([0.02, 0.0]), y_m=np.array([0.0, 0.02]), mount_rad=np.array([0.0, np.pi / 2]))
     right, above = said("friction_patch", "friction", state, slope_x=0.2, bowl=0.1, length_m=0.04, turning=0.0)
     assert right == pytest.approx(np.exp(0.2 * np.sin(0.5) + 0.1 * (1.0 - np.cos(0.5))))
@@ -207,7 +207,7 @@ def test_a_patch_turns_a_block_by_its_slope() -> None:
 
 
 def test_a_patch_shows_a_spot_anywhere_and_waves() -> None:
-    """What rubs, stains and grinding leave: within a tenth of a spot off the centre, exactly for waves."""
+    """A patch shows what rubs, stains and grinding leave: within a tenth of a spot off centre, exactly for waves."""
     x, y = (each.ravel() for each in np.meshgrid(*2 * [np.linspace(-0.03, 0.03, 25)]))
     state = at_rest(len(x), x_m=x, y_m=y, mount_rad=np.zeros_like(x))
     names = [one.name for one in catalogue()["friction_patch"].parameters if not one.is_shape]
@@ -321,7 +321,7 @@ def test_scaled_angle_is_undone() -> None:
 
 
 def test_play_lags_on_both_sides() -> None:
-    """Below the report while rising, above it while falling; invisible without reversals."""
+    """The plate is below the report while rising, above it while falling; it is invisible without reversals."""
     state = at_rest(2, tilt_rad=0.3, rising=np.array([1.0, -1.0]), gone_rad=0.1)
     turned = attitude_of(state) * Rotation.from_rotvec(said("backlash", "attitude", state, half_width_rad=0.005))
     np.testing.assert_allclose(turned.magnitude(), [0.295, 0.305], atol=1e-9)
@@ -330,7 +330,7 @@ def test_play_lags_on_both_sides() -> None:
 
 
 def test_a_plate_with_play_waits_until_it_is_taken_up() -> None:
-    """As a play operator along the same ways, among which are swings back of less than the whole play."""
+    """A play operator along the same ways gives the same, also for swings back of less than the whole play."""
     turns = [0.0, 0.3, 0.28, 0.35, 0.347, 0.349, 0.342, 0.346, 0.32, 0.36, 0.354, 0.37]
     told = np.concatenate([np.linspace(one, other, 60) for one, other in itertools.pairwise(turns)])
     plate, lies = 0.005, list[float]()
@@ -373,7 +373,7 @@ def square_view(tilt_deg: Any, down_deg: Any, **fixed: Any) -> View:
 
 
 def test_a_cube_tips_at_45_along_an_edge_and_54_7_along_a_diagonal() -> None:
-    """And a flat specimen does not."""
+    """A flat specimen does not tip."""
     view = square_view([44.9, 46.5, 54.6, 56.2], [0.0, 90.0, 45.0, -135.0])
     fallen = np.any(said("tipping", "seen", view, slenderness=1.0) != 0, axis=(1, 2))
     assert fallen.tolist() == [False, True, False, True]
@@ -395,7 +395,7 @@ def test_tipping_needs_a_steep_plate() -> None:
 
 
 def test_the_camera_sags_for_everything_and_the_sole_for_the_block_only() -> None:
-    """What fiducials are for."""
+    """Fiducials are for telling the two apart."""
     fiducial = views(on_block=False)
     assert np.any(said("camera_sag", "seen", fiducial, shift_m=1e-3) != 0)
     for name, first in (("presliding", "elastic_m"), ("tipping", "slenderness")):
@@ -403,7 +403,7 @@ def test_the_camera_sags_for_everything_and_the_sole_for_the_block_only() -> Non
 
 
 def test_a_sole_creeps_by_decades_down_the_slope() -> None:
-    """At 45°: e at once, k more after 9 s, 2 k after 99 s."""
+    """The creep at 45° is e at once, k more after 9 s, 2 k after 99 s."""
     view = square_view([45.0] * 3, [90.0] * 3, rest_s=[0.0, 9.0, 99.0], limit_rad=math.nan)
     seen = said("presliding", "seen", view, elastic_m=1e-4, creep_m_per_decade=5e-5)
     np.testing.assert_allclose(seen[:, 0, 1], [1e-4, 1.5e-4, 2e-4])

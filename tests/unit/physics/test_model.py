@@ -71,7 +71,7 @@ def test_whole_numbers_are_numbers() -> None:
     ],
 )
 def test_a_wrong_table_gives_one_sentence(wrong: dict[str, Any], said: str) -> None:
-    """Which key, what was expected, what came."""
+    """The sentence says which key, what was expected, and what came."""
     with pytest.raises(UserError, match=said):
         model_of_table(table(**wrong), KNOWN)
 
@@ -107,7 +107,7 @@ def test_displacements_and_delays_add() -> None:
 
 
 def test_only_terms_off_their_null_act() -> None:
-    """What is nominal costs nothing."""
+    """A nominal term costs nothing."""
     nominal = model(wear={"fall": 0.0}, kinetic_drop={"drop": 0.1})
     assert [term.effect.id for term in nominal.acting("friction")] == ["kinetic_drop"]
     assert nominal.acting("push") == ()

@@ -1,4 +1,4 @@
-"""What station/physics/README.md shows is so."""
+"""The README of station/physics tells what is so."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ README = Path(module.__file__).with_name("README.md").read_text(encoding="utf-8"
 
 
 def test_the_example_is_an_effect(tmp_path: Path) -> None:
-    """As it stands, in a folder of its own."""
+    """The example works as it stands, in a folder of its own."""
     (example,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     (tmp_path / "humidity.py").write_text(example, encoding="utf-8")
     effect = catalogue([tmp_path])["humidity"]

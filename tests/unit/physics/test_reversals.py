@@ -1,4 +1,4 @@
-"""Where a tilt turned round: noise, a rounded report and an overshoot are no turn, and each turn has its tilt."""
+"""A tilt turns round: noise, a rounded report and an overshoot are no turn, and each turn has its tilt."""
 
 import numpy as np
 import pytest

@@ -21,7 +21,7 @@ SHARES, PACES, PHASES = (1.0, 0.7, 0.5), (1.0, 1.37, 0.61), (1.0, 2.3, 5.1)
 
 @dataclass(frozen=True)
 class Away:
-    """Of the slides that get away: the push by which they are early, mean and scatter in the shaking's deviations.
+    """The slides that get away: the push by which they are early, mean and scatter in the shaking's deviations.
 
     `crept_m` is the median way that blocks have come before.
     """
@@ -145,7 +145,7 @@ def crept_m_s(sd_m_s2: float, hz: float, spare_m_s2: float, *, cycles: int = 60,
 
 
 def test_a_block_whose_limit_is_far_does_not_creep() -> None:
-    """At ten deviations, and while it slides, there is nothing."""
+    """Ten deviations away, and while the block slides, there is nothing."""
     vibration = catalogue()["arm_vibration"]
     values = {**vibration.neutral(), "sd_m_s2": 0.1, "tone_hz": 1.0}
     far, moving = contacts(5, moving=False, spare_m_s2=1.5), contacts(5, moving=True, spare_m_s2=0.0)

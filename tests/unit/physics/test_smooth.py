@@ -128,7 +128,7 @@ def test_a_term_travels_to_another_process(effect: Unnamed) -> None:
 
 
 def test_the_examples_can_be_read() -> None:
-    """Those that the module shows."""
+    """The module shows these examples."""
     _, _, text = (module.__doc__ or "").partition("\n\n")
     examples, _, _ = text.partition("\nA covariate")
     model = model_of_table(tomllib.loads(examples) | {"friction": {"mu_s": 0.4}}, KNOWN)

@@ -46,7 +46,7 @@ def _signature(node: ast.FunctionDef) -> Signature:
 
 
 def snapshot() -> dict[str, Any]:
-    """What picamera2_api.json holds."""
+    """Returns what picamera2_api.json holds."""
     return json.loads(SNAPSHOT.read_text(encoding="utf-8"))
 
 

@@ -97,7 +97,7 @@ def test_the_lens_is_recovered(views: list[Image]):
     assert lens.rms_px < 0.15
     assert lens.intrinsics[0, 0] == pytest.approx(FOCAL, rel=3e-3)
     assert lens.intrinsics[1, 1] == pytest.approx(FOCAL, rel=3e-3)
-    # What matters is where rays go: an ideal pixel against the true one, all over the picture.
+    # The rays matter: an ideal pixel against the true one, all over the picture.
     pixels = np.stack(np.meshgrid(np.linspace(30, 570, 7), np.linspace(30, 570, 7)), axis=-1).reshape(-1, 2)
     true_rays = (undistorted(pixels, TRUE_K, TRUE_D) - CENTRE) / FOCAL
     found = (lens.undistorted(pixels) - lens.intrinsics[:2, 2]) / np.diag(lens.intrinsics)[:2]

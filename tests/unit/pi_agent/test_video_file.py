@@ -160,7 +160,7 @@ def test_an_unknown_option_is_named(camera: Opener, tmp_path: Path):
 
 
 def test_the_decoders_add_nothing_to_our_sentence(tmp_path: Path):
-    """In a process of its own: ffmpeg asks only once how much it may say."""
+    """The decoders run in a process of their own: ffmpeg asks only once how much it may say."""
     (tmp_path / "garbage.mp4").write_bytes(np.random.default_rng(1).bytes(50_000))
     words = (
         "from pathlib import Path; from pi_agent.cameras.video_file import open_pictures\n"

@@ -19,7 +19,7 @@ from tests.proof.patch_world.world import Contact, World
 
 ENGINES = {name: family for name, family in families().items() if isinstance(family, EngineFamily)}
 LATE_DEG = {"mujoco": (0.0, 0.1), "bullet": (0.0, 0.1), "drake": (0.0, 0.1), "dart": (1.5, 0.4)}
-"""How late a block slips at an azimuth between the axes, and within what."""
+"""The angle by which a block slips late at an azimuth between the axes, and within what."""
 AZIMUTH, FRAME_S = 2.0, 0.011
 
 

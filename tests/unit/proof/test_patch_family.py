@@ -1,4 +1,4 @@
-"""How the patch world's key and its record of where an effect acted are read."""
+"""The patch world's key and its record of where an effect acted are read right."""
 
 from __future__ import annotations
 

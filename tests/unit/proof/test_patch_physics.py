@@ -161,12 +161,12 @@ def test_a_corner_is_seen_in_the_row_in_which_it_stands_when_that_row_is_read() 
         then[[at.X, at.Y]] += late * state[[at.VX, at.VY]] + 0.5 * late**2 * state[[at.AX, at.AY]]
         then[at.YAW] += late * state[at.SPIN] + 0.5 * late**2 * state[at.TURNING]
         there = View(Camera(), 0.01, 0.008).block(then, azimuth=0.0, run=1)
-        # What it turns within 5 ms bends its path by less than a micrometre more: a hundredth of a pixel.
+        # Its turn within 5 ms bends its path by less than a micrometre more: a hundredth of a pixel.
         assert seen[2 * corner : 2 * corner + 2] == pytest.approx(there[2 * corner : 2 * corner + 2], abs=0.01)
 
 
 def test_a_sliding_block_gains_speed_as_its_state_says() -> None:
-    """By differences of its velocity: rows that are read later see where it will be."""
+    """The gain is compared with differences of its velocity: rows that are read later see where it will be."""
     bench = bench_of(World())
     end = bench.ask(math.radians(35.0), azimuth=0.0, rate=math.radians(8.0))
     rows: list[list[float]] = []

@@ -57,7 +57,7 @@ def provenance(**changes: object) -> Provenance:
 
 
 def block_place_m(run: int, t_s: float) -> tuple[float, float]:
-    """Where the block is in the plate, `t_s` into a run: at rest, then sliding along +x in the first run."""
+    """Returns the block's place in the plate, `t_s` into a run: at rest, then sliding along +x in the first run."""
     slid = 0.5 * 1.0 * max(0.0, t_s - ONSET_S) ** 2 if run == 1 else 0.0
     return 0.001 + slid, -0.002
 

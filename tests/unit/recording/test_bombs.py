@@ -25,7 +25,7 @@ LARGE = 400 * 2**20
 
 
 def packed(kind: str, size: int) -> bytes:
-    """So many zeros, without ever having them all."""
+    """Returns `size` packed zeros, without ever having them all."""
     if kind == "lz4":
         compressor = lz4.frame.LZ4FrameCompressor()
         parts = [compressor.begin()]

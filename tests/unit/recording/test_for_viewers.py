@@ -1,4 +1,4 @@
-"""What a recording holds for viewers: right in place and tilt, readable by ROS 2, and unseen by our own readers."""
+"""A recording serves viewers: right in place and tilt, readable by ROS 2, and unseen by our own readers."""
 
 from __future__ import annotations
 

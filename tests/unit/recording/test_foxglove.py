@@ -1,4 +1,4 @@
-"""What Foxglove shows of a recording: in the published schemas, right in place, and laid out by topics that exist."""
+"""Foxglove shows a recording in the published schemas, right in place, and laid out by topics that exist."""
 
 import importlib
 import json

@@ -50,12 +50,12 @@ def test_runs_that_are_held_now_and_then_are_not() -> None:
 
 
 def test_what_a_session_suspects_is_as_rare_as_it_says() -> None:
-    """Of sessions whose runs are held each on its own, hardly one in a thousand is suspected."""
+    """Sessions whose runs are held each on its own are suspected hardly once in a thousand."""
     rng, suspected = np.random.default_rng(1), 0
     for _ in range(2000):
         share = rng.uniform(0.0, 0.6)
         suspected += bool(held_in_a_row(samples((rng.random(60) < share).tolist())))
-    assert suspected <= 8  # of 2 at most expected; more than 8 come by chance once in 10 000
+    assert suspected <= 8  # 2 at most are expected; more than 8 come by chance once in 10 000
 
 
 def test_disturbed_and_tipped_runs_tell_nothing() -> None:

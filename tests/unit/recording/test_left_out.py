@@ -38,7 +38,7 @@ def written(path: Path, rows: Sequence[Row], *, cls: type[Message] = Sample, chu
 
 
 def read_every_way(reader: RecordingReader) -> dict[str, int]:
-    """What is left out when a recording is read twice in each way."""
+    """Returns what is left out when a recording is read twice in each way."""
     for _ in range(2):
         list(reader.messages())
         reader.samples()

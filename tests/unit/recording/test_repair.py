@@ -21,7 +21,7 @@ def rows(path: Path) -> list[tuple[int, int, str, bytes]]:
 
 
 def leave_partial(path: Path, *, size: int | None = None) -> None:
-    """What a killed session leaves: the file of a finished one, cut."""
+    """Leaves what a killed session leaves: the file of a finished one, cut."""
     content = session.record(path).read_bytes()
     path.unlink()
     partial_path(path).write_bytes(content[:size])

@@ -21,7 +21,7 @@ _VALUES: dict[Any, st.SearchStrategy[Any]] = {
     int: st.integers(min_value=-(2**62), max_value=2**62),
     float: st.floats(allow_nan=False),
     bool: st.booleans(),
-    # What a CSV file cannot hold (lone surrogates, NUL) and what separates flags is not generated.
+    # Characters that a CSV file cannot hold (lone surrogates, NUL) or that separate flags are not generated.
     str: st.text(st.characters(codec="utf-8", exclude_characters="\x00|\r")),
     Floats: st.lists(st.floats(allow_nan=False), max_size=9).map(tuple),
     Strings: st.lists(st.text(st.characters(codec="utf-8", exclude_characters="\x00|\r"), min_size=1)).map(tuple),

@@ -1,4 +1,4 @@
-"""What stands in a file that others wrote is told in a sentence, or left out and counted: never a traceback."""
+"""The content of a file that others wrote is told in a sentence, or left out and counted: never a traceback."""
 
 from __future__ import annotations
 

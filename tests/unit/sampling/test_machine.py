@@ -394,7 +394,7 @@ def good_first(rig: ScriptedRig) -> bool:
 
 
 def test_frames_that_are_seconds_old_decide_nothing():
-    """After a cut the bus hands over what it kept: eight seconds of it, at once."""
+    """The bus hands over, after a cut, what it kept: eight seconds of it, at once."""
     rig = ScriptedRig(Plan(samples=1), friction_rad=0.3)
     kept: list[MarkerCorners] = []
     rig.run(60.0, until=good_first)
@@ -484,7 +484,7 @@ def test_a_clock_that_the_station_knows_to_be_hours_off_makes_no_frame_late():
 
 
 def cut(rig: ScriptedRig, who: str) -> None:
-    """From now on nothing of that agent arrives."""
+    """Lets nothing of that agent arrive from now on."""
     if who in ("camera", "both"):
         rig.on_corners = lambda _message, _rig: None
     rig.arm_away = who in ("arm", "both")
@@ -576,7 +576,7 @@ def test_a_motion_that_the_arm_made_by_itself_ends_the_run():
     rig.give(ClockOffset(rig.now_ns, "arm", 0))
     rig.run(60.0, until=good_first)
     rig.give(MotionReport(rig.now_ns, OWN_ORDER, 0, rig.now_ns - 60_000_000_000))
-    assert "ABORTED" not in rig.phases()  # of an earlier session
+    assert "ABORTED" not in rig.phases()  # the report is of an earlier session
     rig.give(MotionReport(rig.now_ns, OWN_ORDER, 0, rig.now_ns))
     assert rig.phases()[-1] == "ABORTED"
     assert finished(rig).fault == ""

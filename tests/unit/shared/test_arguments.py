@@ -30,7 +30,7 @@ def test_help_states_the_defaults_that_there_are(parser: Parser) -> None:
 
 @pytest.mark.parametrize(("columns", "widest"), [(40, 38), (80, 78), (300, 118)])
 def test_help_is_as_wide_as_the_terminal(columns: int, widest: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is told in words is broken anew: lines of the source's own length would break once more, raggedly."""
+    """Text told in words is broken anew: lines of the source's own length would break once more, raggedly."""
     monkeypatch.setenv("COLUMNS", str(columns))
     line = (
         "every one of these lines is as long as a line of the source, and is broken where the terminal ends, not before"

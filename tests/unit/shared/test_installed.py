@@ -15,7 +15,7 @@ from shared.installed import DISTRIBUTION, sentence_of, to_install
 
 ROOT = Path(__file__).parents[3]
 OURS = {"pi_agent", "station", "shared"}
-# What comes with an operating system, with ROS or with the checkout, and no extra can bring.
+# These come with an operating system, with ROS or with the checkout, and no extra can bring them.
 ELSEWHERE = {
     "picamera2",
     "libcamera",

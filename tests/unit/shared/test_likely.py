@@ -70,7 +70,7 @@ def test_a_slip_is_named_with_what_was_meant(changed: dict[str, object], said: s
         load_rig(path)
     assert said in str(refused.value)
     assert str(path) in str(refused.value)
-    # What a recording carries describes what was measured.
+    # A rig in a recording describes what was measured.
     assert rig_of_table(load_table(path)).id == "one"
 
 

@@ -1,4 +1,4 @@
-"""What may wait is sent on a thread of its own."""
+"""Messages that may wait are sent on a thread of their own."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is printed to be copied into a shell must be found there."""
+"""A command that is printed to be copied into a shell is found there."""
 
 from __future__ import annotations
 

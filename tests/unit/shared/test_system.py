@@ -1,4 +1,4 @@
-"""What every system gives alike. tests/elsewhere runs this file again without what another system lacks."""
+"""Every system gives these alike. tests/elsewhere runs this file again without what another system lacks."""
 
 from __future__ import annotations
 
@@ -189,7 +189,7 @@ def test_a_terminal_that_stands_still_keeps_nobody_waiting(tmp_path: Path) -> No
             time.sleep(0.05)
     finally:
         os.close(reading)
-    assert process.wait(timeout=PATIENCE_S) == 7  # what waits for a terminal that is gone is forgotten
+    assert process.wait(timeout=PATIENCE_S) == 7  # words that wait for a terminal that is gone are forgotten
 
 
 def started(script: str, unbuffered: str) -> subprocess.Popen[str]:

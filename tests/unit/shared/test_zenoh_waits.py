@@ -1,4 +1,4 @@
-"""Who publishes never waits for a link that takes nothing."""
+"""A publisher never waits for a link that takes nothing."""
 
 from __future__ import annotations
 

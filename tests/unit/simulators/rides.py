@@ -27,7 +27,7 @@ THRESHOLD_M = 0.5e-3
 
 @dataclass(frozen=True)
 class Ride:
-    """What was seen at each tick: time (s), tilt (rad), the block's place (n, 2) and yaw."""
+    """The values seen at each tick: time (s), tilt (rad), the block's place (n, 2) and yaw."""
 
     time_s: FLOATS
     tilt_rad: FLOATS
@@ -187,7 +187,7 @@ def ride(
 def exact(
     ride: Ride, curve: slider.LimitCurve, *, azimuth_rad: float, threshold_m: float = THRESHOLD_M
 ) -> tuple[float, float]:
-    """What the exact slider does on the tilt that the plate really had: time and tilt of the same crossing."""
+    """Returns time and tilt of the crossing as the exact slider has it, on the tilt that the plate really had."""
     few = slice(None, None, 8)
     tilt = slider.Tilt(time_s=tuple(ride.time_s[few]), angle_rad=tuple(ride.tilt_rad[few]), azimuth_rad=azimuth_rad)
     slide = slider.simulate(tilt, curve, start_m=tuple(ride.place_m[0]), output_s=0.002)

@@ -1,4 +1,4 @@
-"""What a simulation's settings do is found, with the setting that cures it; of right settings nothing is said."""
+"""The effects of a simulation's settings are found, with the setting that cures them; right ones get no word."""
 
 from __future__ import annotations
 

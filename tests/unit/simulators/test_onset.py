@@ -82,7 +82,7 @@ def test_the_savings_do_not_move_the_onset(profile: Profile) -> None:
 
 
 def test_a_hold_just_below_the_limit_lasts() -> None:
-    """At 97 % of the friction the block must not creep: MuJoCo's own settings lose millimetres here."""
+    """The block must not creep at 97 % of the friction: MuJoCo's own settings lose millimetres here."""
     world = hinge_world(FRICTION, savings=False)
     settle(world)
     angle = math.atan(0.97 * MU)

@@ -80,7 +80,7 @@ def finely(tilt: Tilt, step_s: float = 0.01) -> Commands:
 
 
 def test_a_recorded_track_is_the_ramp_that_it_samples() -> None:
-    """But for the forces of its jerks, which ramps leave out: they are felt away from the pivot only."""
+    """Only the forces of its jerks differ, which ramps leave out: they are felt away from the pivot only."""
     tilt = Tilt(time_s=(0.0, 2.0, 2.1, 2.3, 3.0), angle_rad=(0.25, 0.45, 0.45, 0.42, 0.3), azimuth_rad=0.8)
     fine, exact = finely(tilt), slider.simulate(tilt, ROUND)
     motions = simulate(fine, Model(mu_s=0.45), time_s=exact.time_s)

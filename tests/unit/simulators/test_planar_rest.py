@@ -96,7 +96,7 @@ def test_kinetic_friction_above_static_friction_lets_no_slip_get_away() -> None:
     """A contact holds less than a slowly sliding one: the block waits until it can slide, and does not stutter."""
     fresh = Model(mu_s=0.36, terms=(term("contact_aging", per_decade=0.1, sliding_age_log10_s=0.3),))
     motions = simulate(ramps((0.0, 0.4, 1.0), (0.25, 0.45, 0.1), rest_s=0.0), fresh)
-    held = 0.36 * (1.0 - 0.1 * (0.3 - math.log10(0.1 + motions.onset_s[0])))  # what a contact so young holds
+    held = 0.36 * (1.0 - 0.1 * (0.3 - math.log10(0.1 + motions.onset_s[0])))  # the friction of a contact so young
     assert held < 0.34
     assert math.tan(motions.onset_rad[0]) == pytest.approx(0.36, abs=1e-3)
     assert motions.place[0, 0] > 1e-3

@@ -25,7 +25,7 @@ from station.simulators.simulator import Elsewhere, Simulator, names, simulator
 
 GOLDEN = Path(__file__).parents[2] / "golden" / "session.mcap"
 MU = 0.3464
-"""Of the golden session's second run."""
+"""The friction of the golden session's second run."""
 
 
 @cache

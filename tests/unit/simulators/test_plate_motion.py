@@ -1,4 +1,4 @@
-"""What a moving plate does to a block that is looked at from the plate: gravity and the forces of a turning frame."""
+"""A block seen from a moving plate feels gravity and the forces of a turning frame."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""After the onset: the twin's block takes the exact slider's way, and stops where it stops."""
+"""The twin's block takes the exact slider's way after the onset, and stops where it stops."""
 
 from __future__ import annotations
 

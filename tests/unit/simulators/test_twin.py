@@ -81,7 +81,7 @@ def test_a_target_of_another_arm_is_named() -> None:
 
 
 def test_a_stream_that_ends_stops_the_arm() -> None:
-    """When the arm agent dies in mid-motion, the joints come to rest and do not run on."""
+    """The joints come to rest and do not run on when the arm agent dies in mid-motion."""
     clock, bus, twin, listener = rig()
     for number in range(100):
         clock.advance_to(clock.now_ns() + TICK_NS)

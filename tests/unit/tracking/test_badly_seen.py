@@ -24,7 +24,7 @@ def wood() -> NDArray[np.float32]:
 
 
 def _followed(undisturbed: Scene, disturbed: Scene) -> tuple[Observation, float]:
-    """What is seen of a disturbed frame after an undisturbed one, and the largest error of a corner (px)."""
+    """Returns what is seen of a disturbed frame after an undisturbed one, and the largest error of a corner (px)."""
     rng = np.random.default_rng(3)
     tracker = Tracker(TrackerConfig(mark=undisturbed.mark))
     tracker.track(ExactRenderer(undisturbed).render(POSE, rng=rng)[0], capture_ns=0)
@@ -121,7 +121,7 @@ def test_a_covered_corner_is_no_tipping(wood: NDArray[np.float32]) -> None:
 
 
 def test_bare_tape_in_dim_light_is_found_where_it_was_seen_before() -> None:
-    """At acquisition it is declared; at its place half of such frames and more are answered for, and rightly."""
+    """The tape is declared at acquisition; at its place half of such frames and more are answered for, and rightly."""
     found, first, errors = 0, 0, []
     for number in range(12):
         trial = ADVERSE_TAPE["dim, tape"](np.random.default_rng([47, number]))

@@ -17,7 +17,7 @@ from tests.benchmarks.tracking_rivals.expected import STEP_MM, ExpectedFrame, ho
 from tests.benchmarks.tracking_rivals.texture import autocovariance, texture_covariance
 
 PLAIN = surface("plain", rng=np.random.default_rng(0))
-READ_NOISE = 0.01  # of full scale: 2.55 pixel values
+READ_NOISE = 0.01  # share of full scale: 2.55 pixel values
 EVEN_NOISE = Sensor(full_scale_e=1e9, read_noise_e=READ_NOISE * 1e9)
 OPTICS = Optics(vignetting=0.0, blur_px=1.0)
 TAPE = Scene(PLAIN, mark=Mark(side_mm=10.0), optics=OPTICS, sensor=EVEN_NOISE)
@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 
 
 def _information(frame: ExpectedFrame) -> Floats:
-    """Of the eight coordinates, per px²."""
+    """Returns the information of the eight coordinates (8, 8), per px²."""
     columns = corner_derivatives(frame).reshape(-1, 8) / PX_PER_MM
     return columns.T @ (columns / pixel_variance(frame, frame.reflectance()).reshape(-1, 1))
 
@@ -79,7 +79,7 @@ def test_saturated_light_tells_nothing() -> None:
 
 @pytest.mark.parametrize("deviation", [0.1, 0.3, 0.7, 2.0])
 def test_the_information_of_a_rounded_value_is_that_of_its_chances(deviation: float) -> None:
-    """By differences of the logarithm of each whole number's chance, over all places between two whole numbers."""
+    """Differences of the logarithm of each whole number's chance give it, over all places between two whole numbers."""
     means = np.linspace(100.0, 101.0, 21)
     step, numbers = 1e-4, np.arange(80, 122)
 
@@ -138,7 +138,7 @@ def test_maximum_likelihood_comes_down_to_the_bound(scene: Scene) -> None:
         errors.append(frame.seen_px(guess.reshape(4, 2)) - frame.seen_px(frame.corners_mm))
     reached = np.sqrt(np.mean(np.sum(np.square(errors), axis=2)))
     bound = bounds(scene, Pose(0.03, 0.05, 0.2)).rms_px()["known"]
-    # Of n frames with about five free numbers each the RMS scatters by 1 / sqrt(2 × 5 n): 3 %.
+    # The RMS of n frames with about five free numbers each scatters by 1 / sqrt(2 × 5 n): 3 %.
     assert reached == pytest.approx(bound, rel=0.1)
     np.testing.assert_allclose(np.mean(errors, axis=0), 0.0, atol=4.0 * bound / np.sqrt(frames))
 

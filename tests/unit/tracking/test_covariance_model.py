@@ -1,4 +1,4 @@
-"""What makes a corner doubtful: a cover's blurred edge, the end of a line that is seen in part, a shadow's pull."""
+"""A corner is doubtful for a cover's blurred edge, the end of a line seen in part, or a shadow's pull."""
 
 import numpy as np
 import pytest
@@ -135,7 +135,7 @@ def test_a_whole_edge_is_not_suspected_for_its_contrast() -> None:
 
 @pytest.mark.parametrize("seen", [8, 10, 14])
 def test_few_points_that_agree_by_choice_are_taken_to_scatter_as_those_of_the_other_edges(seen: int) -> None:
-    """Of the points of an edge those that were left for agreeing: their own scatter tells too little."""
+    """The points of an edge that were left for agreeing have a scatter of their own that tells too little."""
     told = []
     for seed in range(200):
         offset, weight = _noise(seed), np.ones((4, COUNT))
@@ -167,7 +167,7 @@ def test_an_edge_with_a_notch_is_not_seen_in_part() -> None:
 
 
 def _glowing(dark: Floats, contrast: Floats) -> NDArray[np.bool_]:
-    """On which profiles beside bare tape a highlight is taken to lie."""
+    """True for the profiles beside bare tape on which a highlight is taken to lie."""
     found = _profiles(dark, contrast)
     size = len(step_model(textured=True).steps)
     found = found._replace(
@@ -180,7 +180,7 @@ def _glowing(dark: Floats, contrast: Floats) -> NDArray[np.bool_]:
 
 
 def test_a_highlight_over_nearly_all_of_the_outline_is_not_what_is_usual() -> None:
-    """What it lights least, an eighth of the outline, tells it; without that most of it would count as unlit."""
+    """The part that is lit least, an eighth of the outline, tells it; without that most of it would count as unlit."""
     added = np.full((4, COUNT), 50.0)
     added[0, :24] = 0.0
     added[2] += np.linspace(0.0, 30.0, COUNT)
@@ -239,7 +239,7 @@ def test_a_blur_that_only_this_frame_tells_adds_its_noise_to_sigma_and_light_tha
         ("middle", 0.25, 4.5, False),
         ("middle", 1.0, 4.5, False),  # the same under a motion blur
         ("middle", 1.0, 0.86, True),
-        ("end", 0.25, 0.86, True),  # what covers an edge leaves its end to be seen
+        ("end", 0.25, 0.86, True),  # a cover leaves the edge's end to be seen
         ("end", 1.0, 4.5, True),
     ],
 )

@@ -28,7 +28,7 @@ def _noise(rng: np.random.Generator) -> Points:
 
 
 def _slid(rng: np.random.Generator, *, places: int, growth: float = 0.0) -> tuple[KnownShape, Points]:
-    """What so many places tell, 20 px apart, and the true corners at the next; `growth`: from place to place."""
+    """Returns what so many places tell, 20 px apart, and the next true corners; `growth` is from place to place."""
     known = KnownShape(line_s=0.0)
     for place in range(places):
         corners = _at(place, growth) + _noise(rng)
@@ -106,7 +106,7 @@ def test_a_mark_that_is_seen_badly_is_told_by_how_it_was_seen_at_its_place() -> 
             told_px.append(told.mean_share * 1.8 * SIGMA_PX)
     assert len(errors) > 130
     assert _rms(errors) < 1.5 * SIGMA_PX
-    # What counts for half is what moves opposite edges apart; plain noise moves the mark as well.
+    # The moves of opposite edges apart count for half; plain noise moves the mark as well.
     assert _rms(errors) == pytest.approx(float(np.mean(told_px)), rel=0.25)
 
 

@@ -1,4 +1,4 @@
-"""What motion does along an edge, against the same by single points."""
+"""The motion along an edge is compared with the same by single points."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ def test_an_edge_of_a_turning_mark_moves_further_where_it_is_further_out(turn_ra
 def test_a_rolling_shutter_bends_an_edge_away_from_the_line_between_its_corners(
     yaw_rate_rad_s: float, direction_rad: float
 ) -> None:
-    """Against points of the edges seen one by one, each at its own row's time, while the mark slides as well."""
+    """The edge is compared with its points seen singly, each at its own row's time, while the mark slides too."""
     shutter = Shutter(line_ns=17_000.0)
     scene = Scene(surface("plain", rng=np.random.default_rng(0)), mark=Mark(side_mm=20.0), shutter=shutter)
     speed = 300.0 * np.array([np.cos(direction_rad), np.sin(direction_rad)])

@@ -1,4 +1,4 @@
-"""What scatter does not show: uneven light along an edge, an edge that is another's, and pixels that are no light."""
+"""Uneven light on an edge, another's edge and pixels that are no light are seen, which scatter does not show."""
 
 import numpy as np
 import pytest

@@ -94,7 +94,7 @@ def test_what_reading_between_the_pixels_adds_to_the_blur_of_an_edge_in_motion_i
     model, (made_for, *_) = moving_models(textured=True).at(np.full(4, motion_blur))
     assert model.uneven is not None
     steps, sharp = model.steps[0], 0.86
-    wider = 0.05  # of the blur's square, more than the mean
+    wider = 0.05  # a share of the blur's square, more than the mean
     fine = np.stack(
         [_step(steps + shift, place=0.0, blur=sharp, motion_blur=float(made_for)) for shift in (-0.05, 0.0, 0.05)]
     )

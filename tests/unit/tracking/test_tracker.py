@@ -158,7 +158,7 @@ def test_a_slide_is_read_by_the_speed_of_each_frame(make: Maker, seed: tuple[int
 
 
 def test_a_block_that_a_wall_stops_is_seen_from_the_frame_after_on(wood: NDArray[np.float32]) -> None:
-    """What the blow made of its picture was taken for its shape, and at rest it seemed covered for half a second."""
+    """The picture that the blow made was once taken for its shape, and at rest it seemed covered for half a second."""
     shutter = Shutter(line_ns=17_000.0, exposure_ns=1_000_000)
     renderer = FastRenderer(Scene(wood, mark=RECOMMENDED, shutter=shutter), rng=np.random.default_rng(1))
     for direction in np.arange(6) + 0.3:

@@ -11,7 +11,7 @@ from tests.patience import PATIENCE_S
 
 
 def rerun(*words: str | Path) -> str:
-    """What the command prints; fails when it fails."""
+    """Returns what the command prints; fails when it fails."""
     command = [viewer.binary(), *(str(word) for word in words)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -19,7 +19,7 @@ def rerun(*words: str | Path) -> str:
 
 
 def rows_by_entity(path: Path) -> dict[str, int]:
-    """How many rows each entity of recordings and blueprints has."""
+    """Returns how many rows each entity of recordings and blueprints has."""
     rows: dict[str, int] = {}
     for count, entity in re.findall(r"^Chunk\(\S+\) with (\d+) rows \([^)]*\) - (/\S*)", _printed(path), re.MULTILINE):
         rows[entity] = rows.get(entity, 0) + int(count)
@@ -31,6 +31,6 @@ def _printed(path: Path) -> str:
 
 
 def has_blueprint(path: Path) -> bool:
-    """Whether a layout is embedded, and made the active one."""
+    """True if a layout is embedded, and made the active one."""
     text = _printed(path)
     return re.search(r"StoreId\(\s*Blueprint,", text) is not None and "BlueprintActivationCommand" in text

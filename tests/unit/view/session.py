@@ -92,7 +92,7 @@ def tilt_at(seconds: float) -> float:
 
 
 def slide_at(seconds: float) -> float:
-    """How far the block has slid, in metres."""
+    """Returns how far the block has slid, in metres."""
     return min(0.022, max(0.0, 0.5 * 0.6 * (seconds - SLIP_S) ** 2 if seconds > SLIP_S else 0.0))
 
 

@@ -80,7 +80,7 @@ def test_plain_rerun_takes_image_corners_transforms_and_log_from_the_recording_i
 
 @needs_vulkan
 def test_plain_rerun_shows_arm_plate_block_camera_tilt_and_state_unaided(tmp_path: Path) -> None:
-    """From the file alone, with a block large enough to be seen beside the arm, at the end of the slide."""
+    """The picture is made from the file alone, with a block large enough to be seen, at the end of the slide."""
     rig = 'id = "test"\n[plate]\nside_m = 0.3\nopening_m = 0.28\n[block]\nsize_m = [0.1, 0.1, 0.1]\n'
     path = tmp_path / "session.mcap"
     with Recording(path, provenance=Provenance(rig_id="test", started_ns=session.START_NS, rig_toml=rig)) as file:

@@ -10,6 +10,6 @@ from tests.proof.patch_world.effects.surfaces import SURFACES
 
 EFFECTS: dict[str, Effect] = {effect.id: effect for effect in (*LAWS, *SURFACES, *RIGS, *FOREIGN)}
 KNOWN = tuple(effect.id for effect in (*LAWS, *SURFACES, *RIGS))
-"""Those that correspond to an effect of the tool's catalogue."""
+"""The effects that correspond to one of the tool's catalogue."""
 OUTSIDE = tuple(effect.id for effect in FOREIGN)
-"""Those that do not."""
+"""The effects that correspond to none of the tool's catalogue."""

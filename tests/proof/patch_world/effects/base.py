@@ -1,4 +1,4 @@
-"""What an effect of this world is: a change to its numbers, of a strength in the effect's own unit."""
+"""An effect of this world is a change to its numbers, of a strength in the effect's own unit."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ def _rupture(world: World, strength: float, _: np.random.Generator) -> World:
 
 
 def _slip(world: World, strength: float, rng: np.random.Generator) -> World:
-    run, where = int(rng.integers(15, 45)), axis(rng)  # of the 60 of a session in `tests.proof`, or of more
+    run, where = int(rng.integers(15, 45)), axis(rng)  # one of the 60 of a session in `tests.proof`, or of more
     return camera(
         world, slip_run=run, slip_x_px=strength * float(np.cos(where)), slip_y_px=strength * float(np.sin(where))
     )

@@ -27,7 +27,7 @@ Rng = np.random.Generator
 
 
 def out_m(points: Array, corners: object) -> float:
-    """How far the farthest point stands out of the body that the corners span; not above 0 if none does."""
+    """Returns how far the farthest point stands out of the body that the corners span; not above 0 if none does."""
     faces = ConvexHull(np.array(corners)).equations
     return float((points @ faces[:, :3].T + faces[:, 3]).max())
 
