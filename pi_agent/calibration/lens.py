@@ -42,7 +42,7 @@ class BoardSpec:
         return cv2.aruco.CharucoBoard((self.columns, self.rows), side_m, 0.75 * side_m, table)
 
     def picture(self, *, px_per_square: int = 120) -> Image:
-        """The board to print, with a white rim half a square wide."""
+        """The board to print (h, w), pixel values, with a white rim half a square wide."""
         rim = px_per_square // 2
         size = (self.columns * px_per_square + 2 * rim, self.rows * px_per_square + 2 * rim)
         return np.asarray(self.board.generateImage(size, marginSize=rim), dtype=np.uint8)

@@ -30,7 +30,10 @@ COLUMNS_PX = (20, 95, 155, 250, 350)
 
 
 def draw(result: Result, rig: RigConfig) -> NDArray[np.uint8]:
-    """The frame with the plate's grid, the fiducials' residuals (magnified), and a panel with tone curve and words."""
+    """The picture (h, w, 3), pixel values in blue, green and red: the frame, and a panel with tone curve and words.
+
+    The frame has the plate's grid and the fiducials' residuals, magnified.
+    """
     view = np.repeat(result.frame[:, :, None], 3, axis=2)
     _grid(view, result, rig)
     _residuals(view, result)

@@ -58,13 +58,13 @@ class ExactRenderer:
         return other
 
     def render(self, pose: Pose, *, rng: np.random.Generator, sag_px: Shift = NO_SHIFT) -> tuple[Frame, Floats]:
-        """The frame at the pose and the true corners; see `render`."""
+        """The frame (FRAME_PX, FRAME_PX), pixel values, at the pose and the true corners (4, 2), px; see `render`."""
         normal = rng.standard_normal((FRAME_PX, FRAME_PX), dtype=np.float32)
         frame = expose(self.light(pose, sag_px=sag_px), normal, sensor=self.scene.sensor, table=self._table)
         return frame, corners_px(self.scene, pose, sag_px=sag_px)
 
     def light(self, pose: Pose | None, *, sag_px: Shift = NO_SHIFT) -> Image:
-        """Light on the sensor (1 = full scale), without noise; without a block when there is no pose."""
+        """Light (FRAME_PX, FRAME_PX) on the sensor, 1 at full scale, without noise; no block if `pose` is None."""
         return self._painted(pose, sag_px) * self._gain + self._glare
 
     def _painted(self, pose: Pose | None, sag_px: Shift) -> Image:
@@ -108,7 +108,7 @@ def occluder_coats(scene: Scene) -> tuple[Coat, ...]:
 
 
 def still_image(scene: Scene, *, sag_px: Shift, quality: Quality) -> Image:
-    """Reflectance of all that does not move, through the lens (frame-sized)."""
+    """Reflectance (FRAME_PX, FRAME_PX) of all that does not move, through the lens."""
     ground = plate_patch(scene.plate, WHOLE_FRAME, sag_px=sag_px)
     coats = (*still_coats(scene), *occluder_coats(scene))
     still = np.zeros(1)

@@ -104,7 +104,7 @@ def patch_around(points: Floats, *, margin: int) -> Patch:
 
 
 def exposure_instants(scene: Scene, pose: Pose, *, quality: Quality) -> Floats:
-    """Points in time (s, about the middle of the exposure) whose images are averaged: one for a still block."""
+    """Times (k,), s about the middle of the exposure, of the images that are averaged: one for a still block."""
     if pose.is_still or scene.shutter.exposure_ns == 0:
         return np.zeros(1)
     exposure_s = scene.shutter.exposure_ns * 1e-9
@@ -191,7 +191,7 @@ def _within(starts: Floats, layer: NDArray[np.int64], *, layers: int, size: tupl
 
 
 def composite(base: Image, covered: NDArray[np.float32], reflectances: tuple[float, ...]) -> Image:
-    """The layers painted one after another over `base` (height, width), reflectance.
+    """The layers painted one after another over `base` (height, width), reflectance, in the same shape.
 
     `covered` (layers, height, width): the share of each pixel that each layer covers.
     """
@@ -202,7 +202,7 @@ def composite(base: Image, covered: NDArray[np.float32], reflectances: tuple[flo
 
 
 def blur(image: Image, sigma: float) -> Image:
-    """Gaussian spread of the lens in `image` (height, width), reflectance; none where `sigma`, px, is 0."""
+    """Gaussian spread of the lens in `image` (h, w), reflectance, in the same shape; none if `sigma` is 0 px."""
     if sigma <= 0:
         return image
     size = 2 * int(np.ceil(4 * sigma)) + 1
@@ -210,7 +210,7 @@ def blur(image: Image, sigma: float) -> Image:
 
 
 def shrink(image: Image, fine: int) -> Image:
-    """Means of fine × fine sub-pixels of `image` (height, width), in its unit: the sensor's square pixels."""
+    """The sensor's pixels (h / fine, w / fine), as means of sub-pixels of `image` (h, w), in the unit of that."""
     if fine == 1:
         return image
     rows, columns = image.shape[0] // fine, image.shape[1] // fine
@@ -218,7 +218,7 @@ def shrink(image: Image, fine: int) -> Image:
 
 
 def plate_patch(plate: Plate, patch: Patch, *, sag_px: tuple[float, float]) -> Image:
-    """The plate's own reflectance under the patch, moved by whole and by fractions of a pixel.
+    """The plate's own reflectance (h, w) under the patch, moved by whole and by fractions of a pixel.
 
     `plate` (height, width), reflectance, begins PAD_PX before the frame.
     """

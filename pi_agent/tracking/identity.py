@@ -100,7 +100,7 @@ def _tag_turn(light: NDArray[np.float32], bits: NDArray[np.uint8]) -> int | None
 
 
 def detect_tag(frame: NDArray[np.uint8], mark: Mark) -> Points | None:
-    """The tag by OpenCV's detector in the whole frame: corners (4,) from its own first one on; None if not seen.
+    """The tag's corners (4,), px, by OpenCV's detector in the whole `frame` (h, w), from its own first one on; or None.
 
     The way out when no outline was found; slow, and the corners are to be refined.
     """

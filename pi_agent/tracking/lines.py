@@ -138,7 +138,7 @@ def fit_lines(
 
 
 def weighted(offset: Floats, fit: LineFit) -> Floats:
-    """The lines by least squares through other points, with the weights of a fit: offset and rise (4, 2)."""
+    """Lines (4, 2), offset and rise, by least squares through other points `offset` (4, n), px, by a fit's weights."""
     return _solved(fit.moments, (fit.weight * offset) @ powers(offset.shape[1]))
 
 

@@ -126,7 +126,7 @@ class Motion:
         return replace(self.way, velocity_px_s=self.way.velocity_px_s + self._gain_px_s2 * (time_s - self.time_s))
 
     def predict(self, time_s: float) -> Points | None:
-        """The corners expected at a time; None before the acquisition."""
+        """The corners (4,), px, expected at a time; None before the acquisition."""
         if self.corners is None:
             return None
         gap = time_s - self.time_s

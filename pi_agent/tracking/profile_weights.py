@@ -155,7 +155,10 @@ def leave_out(weight: Floats, expected: lines.Edges, gap: Floats) -> Floats:
 
 
 def readable(found: edges.Profiles) -> Floats | float:
-    """The number of profiles of each edge that could have agreed: saturated ones say nothing, up to half of an edge."""
+    """The numbers of profiles (4,), or one for all edges, that could have agreed.
+
+    Saturated ones say nothing, up to half of an edge.
+    """
     count = found.offset.shape[1]
     if found.saturated is None:
         return float(count)

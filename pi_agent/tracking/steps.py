@@ -99,7 +99,7 @@ class StepModel(NamedTuple):
 
     @property
     def solve(self) -> Matrix:
-        """The matrix of what is asked of a profile, without the misfit."""
+        """The matrix (m, SOLVED), or (4, m, SOLVED), of what is asked of a profile, without the misfit."""
         return self.solve_and_misfit[..., :SOLVED]
 
 
@@ -136,7 +136,7 @@ class MovingModels:
         self._small = _between(np.concatenate([gains, np.stack([model.steps for model in models])], axis=1))
 
     def at(self, motion_blur: Floats) -> tuple[StepModel, Floats]:
-        """Estimators of four edges with about the motion blurs `motion_blur` (4,), and theirs, in blur deviations."""
+        """Estimators of four edges with about the motion blurs `motion_blur` (4,), and theirs (4,), in deviations."""
         last = len(self._small) - 1
         places = np.array([min(round(each * (BETWEEN / MOTION_BLUR_STEP)), last) for each in motion_blur.tolist()])
         small = self._small.take(places, axis=0)

@@ -38,7 +38,7 @@ class ToneCurve:
         return self.light == self.value
 
     def to_value(self, light: NDArray[np.float32]) -> NDArray[np.float64]:
-        """Pixel values 0…255 (…), not rounded, of light 0…1 (…); light above 1 saturates."""
+        """Pixel values 0…255 (…,), not rounded, of light 0…1 (…,); light above 1 saturates."""
         return 255.0 * np.interp(light, self.light, self.value)
 
     def to_light_table(self) -> NDArray[np.float32]:

@@ -86,7 +86,7 @@ def aimed(model: ArmModel, pose: Array, target: Array) -> Array:
 
 
 def _about_z(angle: Array) -> Array:
-    """The turns about z (..., 3, 3) by angles (...,)."""
+    """The turns about z (…, 3, 3) by angles (…,)."""
     result = np.zeros((*np.shape(angle), 3, 3))
     result[..., 0, 0] = result[..., 1, 1] = np.cos(angle)
     result[..., 1, 0] = np.sin(angle)

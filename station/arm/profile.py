@@ -73,7 +73,7 @@ class Profile:
         return np.array([self.starts_s, *states])
 
     def at(self, seconds: ArrayLike) -> tuple[Array, Array, Array]:
-        """Angle, rate and acceleration, each (...), at times (...), which are clipped to the motion."""
+        """Angle, rate and acceleration, each (…,), by rad and s, at times (…,), s, which are clipped to the motion."""
         time = np.minimum(np.maximum(seconds, 0.0), self.duration_s)
         stretches = self._stretches
         start, angle, rate, acceleration, jerk = stretches[:, stretches[0].searchsorted(time, side="right") - 1]

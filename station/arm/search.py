@@ -46,7 +46,7 @@ class Candidates:
     travel: Array
 
     def best(self, count: int) -> NDArray[np.int_]:
-        """Indices of the best: those that reach farthest in their worst azimuth, then by margin against travel."""
+        """Indices (count,) of the best: by the reach in the worst azimuth, then by margin against travel."""
         worst = self.reach_rad.min(axis=1)
         comfort = np.minimum(self.margin_rad, 0.5) - 0.05 * self.travel
         return np.lexsort((-comfort, -np.round(worst, 6)))[:count]

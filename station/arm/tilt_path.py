@@ -175,7 +175,7 @@ def _trace(stage: TiltStage, targets: Array, *, twist: Array, step_rad: float) -
 
 
 def _twists(model: ArmModel, poses: Array, targets: Array, *, twist: Array) -> Array:
-    """The tilt's twist (6,) at poses (..., 4, 4), turned about the vertical as the arm's target is: (..., 6)."""
+    """The tilt's twist (6,) at poses (…, 4, 4), turned about the vertical as the arm's target is: (…, 6)."""
     turns = aimed(model, poses, targets)[..., :3, :3] @ np.swapaxes(targets[..., :3, :3], -1, -2)
     return np.concatenate([np.zeros((*turns.shape[:-2], 3)), turns @ twist[3:]], axis=-1)
 

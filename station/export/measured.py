@@ -114,7 +114,7 @@ class MeasuredPair:
         return math.sqrt(self.mu_1 * self.mu_2)
 
     def force(self, phi_rad: ArrayLike) -> Array:
-        """The tangential force that the contact holds, over the normal force, against pulls in the directions phi (n).
+        """The tangential over the normal force (n,) that the contact holds against pulls in directions phi (n,), rad.
 
         Directions are against x of the frame `fixed_in`.
         """
@@ -122,5 +122,5 @@ class MeasuredPair:
         return 1.0 / np.hypot(np.cos(along) / self.mu_1, np.sin(along) / self.mu_2)
 
     def angle_rad(self, phi_rad: ArrayLike) -> Array:
-        """The tilt (n) at which the object starts to slide when downhill is phi (n) in the frame `fixed_in`."""
+        """Tilts (n,), rad, where the object starts to slide; downhill is phi (n,), rad, in the frame `fixed_in`."""
         return np.arctan(self.force(phi_rad))

@@ -18,7 +18,7 @@ STEEPEST_NY = 0.5
 
 
 def first_tangent(normal: Array) -> Array:
-    """The first tangent (3) of a contact with this unit normal (3), in the world's frame."""
+    """The first tangent (3,) of a contact with this unit normal (3,), in the world's frame."""
     axis = np.array([0.0, 1.0, 0.0] if abs(normal[1]) < STEEPEST_NY else [0.0, 0.0, 1.0])
     tangent = axis - (normal @ axis) * normal
     return tangent / np.linalg.norm(tangent)

@@ -23,7 +23,7 @@ def sphere(radius_m: float) -> str:
 
 
 def collision(name: str, *, place_m: Sequence[float], geometry: str, surface: str) -> str:
-    """A shape that touches, with its friction; `place_m` (3) is its middle in the body's frame."""
+    """A shape that touches, with its friction; `place_m` (3,) is its middle in the body's frame."""
     return f"""        <collision name="{name}">
           <pose>{_pose(place_m)}</pose>
           <geometry>{geometry}</geometry>

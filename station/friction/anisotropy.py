@@ -38,7 +38,7 @@ _GRID = 72
 
 @dataclass(frozen=True, eq=False)
 class Harmonics:
-    """A fit of ln mu: `mu` (k) at the directions `grid_rad` (k) that were sampled, for the middle of the session.
+    """A fit of ln mu: `mu` (k,) at the directions `grid_rad` (k,) that were sampled, for the middle of the session.
 
     `explained` and `rest` are sums of squares with `df` and `df_rest` degrees of freedom. `scores` (n, df) are
     orthonormal columns that span the harmonics over the samples, `on_grid` (k, df) the same at `grid_rad`.
@@ -100,7 +100,7 @@ def resultant(direction_rad: Array) -> float:
 
 
 def directions_of(slides: Slides, relation: Relation) -> Array:
-    """The sliding directions (n) against the object or the plate, 360°."""
+    """The sliding directions (n,) against the object or the plate, 360°."""
     return slides.object_rad if relation == "object" else slides.plate_rad
 
 

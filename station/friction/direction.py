@@ -30,9 +30,9 @@ def sliding_vector(slide_rad: ArrayLike, *, tilt_rad: ArrayLike, azimuth_rad: Ar
     """Unit vectors s in the world, (n, 3): s = R(t, alpha) s' (equation 6), with t = R(k, beta) i (equation 2).
 
     Args:
-        slide_rad: direction (n) of s' in the plate.
-        tilt_rad: alpha (n).
-        azimuth_rad: beta (n).
+        slide_rad: direction (n,) of s' in the plate.
+        tilt_rad: alpha (n,).
+        azimuth_rad: beta (n,).
     """
     slide, alpha, beta = (
         np.asarray(each, dtype=float)[..., None]
@@ -47,7 +47,7 @@ def sliding_vector(slide_rad: ArrayLike, *, tilt_rad: ArrayLike, azimuth_rad: Ar
 
 
 def angle_of_repose(slide_rad: ArrayLike, *, tilt_rad: ArrayLike, azimuth_rad: ArrayLike) -> Array:
-    """Theta (n) in radians along the slide: |arcsin s_z| (equation 5); alpha itself where the block slid along d."""
+    """Theta (n,) in radians along the slide: |arcsin s_z| (equation 5); alpha itself where the block slid along d."""
     s = sliding_vector(slide_rad, tilt_rad=tilt_rad, azimuth_rad=azimuth_rad)
     return np.abs(np.arcsin(np.clip(s[..., 2], -1.0, 1.0)))
 
@@ -73,7 +73,7 @@ def mark_sides(corners: Array) -> Array:
 
 
 def yaw_of(corners: Array) -> Array:
-    """Yaw (n) in (−180°, 180°], in radians, of the mark in the plate frame, from corners (n, 4, 2) ordered by identity.
+    """Yaw (n,) in (−180°, 180°], in radians, of the mark in the plate frame, by corners (n, 4, 2) ordered by identity.
 
     The identity makes it unambiguous: the corners are the mark's (−, +), (+, +), (+, −), (−, −), as in
     `shared.geometry.mark_corners`, however the block is turned.
@@ -106,7 +106,7 @@ def mark_shape(corners: Array) -> MarkShape:
 
 
 def local_x_axis(yaw_rad: ArrayLike, *, short_is_y: bool = False) -> Array:
-    """Direction (n) of the paper's X̂ in the plate, in radians, in (−90°, 90°].
+    """Direction (n,) of the paper's X̂ in the plate, in radians, in (−90°, 90°].
 
     X̂ lies along the mark's short side and points along the camera's positive x, so that it is always on the same
     line of the mark, but flips its direction as the mark turns.
@@ -116,7 +116,7 @@ def local_x_axis(yaw_rad: ArrayLike, *, short_is_y: bool = False) -> Array:
 
 
 def paper_direction(slide_rad: ArrayLike, *, x_axis_rad: ArrayLike) -> Array:
-    """Direction (n) of the slide against X̂, in [0°, 180°), in radians: what pointed to a negative Ŷ is mirrored.
+    """Direction (n,) of the slide against X̂, in [0°, 180°), in radians: what pointed to a negative Ŷ is mirrored.
 
     The mirror is the paper's, point by point: a direction and its opposite become one, so one-way friction is lost.
     """

@@ -44,7 +44,7 @@ class Opening:
 
 @dataclass(frozen=True, eq=False)
 class Flags:
-    """The slides (n) that each filter flagged, and those (n) that it could judge at all."""
+    """The slides (n,) that each filter flagged, and those (n,) that it could judge at all."""
 
     by_filter: Mapping[str, Bools]
     judged: Mapping[str, Bools]
@@ -52,12 +52,12 @@ class Flags:
 
     @property
     def flagged(self) -> Bools:
-        """Slides that any filter flagged (n)."""
+        """Slides that any filter flagged (n,)."""
         return np.logical_or.reduce(list(self.by_filter.values()))
 
     @property
     def kept(self) -> Bools:
-        """Slides that no filter flagged (n); runs without a slide are not among them."""
+        """Slides that no filter flagged (n,); runs without a slide are not among them."""
         return self.slid & ~self.flagged
 
     def names(self, row: int) -> tuple[str, ...]:
@@ -106,7 +106,7 @@ def _far(values: Array, counted: NDArray[np.bool_]) -> Bools:
 
 
 def grazes(slides: Slides, *, opening: Opening) -> Bools:
-    """Slides that ran along the foam or into it at an end at which the block touches it (n); unknown places do not."""
+    """Slides that ran along the foam or into it at an end at which the block touches it (n,); unknown places do not."""
     centre = np.array([opening.x_m, opening.y_m])
     before, after = slides.pre_m - centre, slides.post_m - centre
     moved = (after - before).mean(axis=1)
@@ -126,7 +126,7 @@ def _outward(corners: Array, moved: Array) -> Array:
 
 
 def touching(corners: Array, radius_m: float) -> Bools:
-    """Blocks (n) that touch the foam or lie in it; corners (n, 4, 2) from the opening's centre."""
+    """Blocks (n,) that touch the foam or lie in it; corners (n, 4, 2) from the opening's centre."""
     return foam.Opening(radius_m=radius_m).touches(corners)
 
 

@@ -102,10 +102,10 @@ def estimate_onset(
     """Fits the onset of one slide.
 
     Args:
-        path_ns: times (n) of the frames, from well before the slide to the detection.
-        path_m: displacement (n) along the slide's direction, metres.
-        tilt_ns: times (m) of the attitude readings, covering those of the path.
-        tilt_rad: tilt (m) against gravity.
+        path_ns: times (n,) of the frames, from well before the slide to the detection.
+        path_m: displacement (n,) along the slide's direction, metres.
+        tilt_ns: times (m,) of the attitude readings, covering those of the path.
+        tilt_rad: tilt (m,) against gravity.
         sigma_m: standard deviation of one displacement.
         along: cosine of the angle between the slide and the steepest line.
         ahead_m: how far the block lies down the steepest line from the axis about which the plate turns.
@@ -164,7 +164,7 @@ class _Best:
 
 
 class _Fit:
-    """χ² of both models, everything linear solved: for many angles or t0 (...) at once, as a fit tries hundreds."""
+    """χ² of both models, everything linear solved: for many angles or t0 (…,) at once, as a fit tries hundreds."""
 
     def __init__(self, t: Array, path: Array, loads: Loads, *, along: float, sigma_m: float) -> None:
         self.t, self.path, self.loads, self.along, self.sigma_m = t, path, loads, along, sigma_m
@@ -174,11 +174,11 @@ class _Fit:
         self.basis = np.linalg.qr(nuisance)[0]
 
     def _clear(self, values: Array) -> Array:
-        """Values (..., n) without what the nuisance explains."""
+        """Values (…, n) without what the nuisance explains."""
         return values - (values @ self.basis) @ self.basis.T
 
     def _chi2(self, residual: Array) -> Array:
-        """χ² (...) of residuals (..., n)."""
+        """χ² (…,) of residuals (…, n)."""
         rest = self._clear(residual)
         return (rest * rest).sum(axis=-1) / self.sigma_m**2
 
@@ -198,7 +198,7 @@ class _Fit:
     # --- the plain slider ----------------------------------------------------------------------------------------
 
     def way(self, angle_rad: ArrayLike) -> Array:
-        """Places (..., n), m, at the frames, of plain sliders with these friction angles (...)."""
+        """Places (…, n), m, at the frames, of plain sliders with these friction angles (…,)."""
         loads = self.loads
         speed = loads.speed(self.along * np.tan(angle_rad), along=self.along)
         return loads.at_frames(loads.integral(speed))

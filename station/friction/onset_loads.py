@@ -53,7 +53,7 @@ class Loads:
         return Twice(once, twice, self.at_frames(twice))
 
     def integral(self, values: Array) -> Array:
-        """The integral over time of `values` (…, n), of any unit, on the grid from its beginning."""
+        """The integral (…, n) over time of `values` (…, n), of any unit, on the grid from its beginning."""
         means = 0.5 * self.step_s * (values[..., 1:] + values[..., :-1])
         return np.concatenate([np.zeros((*values.shape[:-1], 1)), np.cumsum(means, axis=-1)], axis=-1)
 
@@ -64,14 +64,14 @@ class Loads:
         return values[..., before] + (place - before) * (values[..., before + 1] - values[..., before])
 
     def since(self, what: Twice, t0: ArrayLike) -> Array:
-        """∫∫ from each t0 (...) to each frame, (..., n); zero before t0."""
+        """∫∫ from each t0 (…,) to each frame, (…, n); zero before t0."""
         start = np.asarray(t0, dtype=np.float64)[..., None]
         passed = self.frames_s - start
         from_start = np.interp(start, self.grid, what.twice) + passed * np.interp(start, self.grid, what.once)
         return np.where(passed > 0, what.at_frames - from_start, 0.0)
 
     def speed(self, mu: ArrayLike, *, along: float) -> Array:
-        """Speed (..., n), m/s, on the grid, of a block that friction mu (...) holds, lets go and slows down.
+        """Speed (…, n), m/s, on the grid, of a block that friction mu (…,) holds, lets go and slows down.
 
         Its impulse since it last lay still: the integral of the pull, less the lowest value that this had so far.
         """
@@ -79,7 +79,7 @@ class Loads:
         return pulled - np.minimum.accumulate(pulled, axis=-1)
 
     def tilt(self, t: ArrayLike) -> Array:
-        """θ (...), rad, at each t (...), s."""
+        """θ (…,), rad, at each t (…,), s."""
         return np.interp(np.asarray(t, dtype=np.float64), self.grid, self.theta)
 
     def resting_tilt(self, t: float) -> float:

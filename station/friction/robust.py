@@ -75,7 +75,7 @@ def _outlying(slides: Slides, known: Bools) -> Bools:
 
 
 def robust_distance2(points: Array) -> Array:
-    """Squared Mahalanobis distance (n) of points (n, p) by the orthogonalised Gnanadesikan-Kettenring estimate.
+    """Squared Mahalanobis distance (n,) of points (n, p) by the orthogonalised Gnanadesikan-Kettenring estimate.
 
     Like the MCD it is scaled so that the median distance is that of normal data.
     """

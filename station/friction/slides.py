@@ -36,7 +36,7 @@ def counted(number: int) -> str:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Slides:
-    """One row a run (n). Angles in radians, pixels as OpenCV's, metres in the plate frame; NaN where it is not known.
+    """One row a run (n,). Angles in radians, pixels as OpenCV's, metres in the plate frame; NaN where it is not known.
 
     `tilt_rad` is the paper's alpha at the onset, `azimuth_rad` its beta, `theta_rad` the angle of repose along the
     slide, `mu` its tangent. Directions of the slide: `slide_rad` in the plate frame, `object_rad` against the tracked
@@ -73,7 +73,7 @@ class Slides:
 
     @property
     def distance_px(self) -> Array:
-        """The displacement of the corners (n), px, on average over the four."""
+        """The displacement of the corners (n,), px, on average over the four."""
         return np.linalg.norm(self.post_px - self.pre_px, axis=2).mean(axis=1)
 
     @property
@@ -83,7 +83,7 @@ class Slides:
 
     @property
     def sector(self) -> NDArray[np.int64]:
-        """The nearest of the four tilting directions (n): the direction itself unless the azimuth was free."""
+        """The nearest of the four tilting directions (n,): the direction itself unless the azimuth was free."""
         return np.round(self.azimuth_rad / (math.pi / 2)).astype(np.int64) % 4
 
     def where(self, chosen: Bools) -> Slides:

@@ -171,7 +171,7 @@ def transform(xyz_m: ArrayLike, rpy_rad: Vector) -> Array:
 
 
 def link_transforms(model: ArmModel, q: ArrayLike) -> Array:
-    """Frames of all links, base_from_link, (..., n, 4, 4), for the joint angles `q` in radians, (..., n)."""
+    """Frames of all links, base_from_link, (…, n, 4, 4), for the joint angles `q` in radians, (…, n)."""
     steps = joint_transforms(model, q)
     for i in range(1, len(model.joints)):
         steps[..., i, :, :] = steps[..., i - 1, :, :] @ steps[..., i, :, :]
@@ -179,7 +179,7 @@ def link_transforms(model: ArmModel, q: ArrayLike) -> Array:
 
 
 def joint_transforms(model: ArmModel, q: ArrayLike) -> Array:
-    """Each link frame in the frame before it, (..., n, 4, 4), for the joint angles `q` in radians, (..., n)."""
+    """Each link frame in the frame before it, (…, n, 4, 4), for the joint angles `q` in radians, (…, n)."""
     fixed, sine, cosine = model.rodrigues
     angles = np.asarray(q, dtype=np.float64)[..., None, None]
     return fixed + np.sin(angles) * sine + np.cos(angles) * cosine

@@ -31,7 +31,7 @@ class Path:
     pose: Array
 
     def between(self, from_ns: int, to_ns: int) -> Array:
-        """The poses with from_ns ≤ time ≤ to_ns."""
+        """The poses (k, 3), m and rad, with from_ns ≤ time ≤ to_ns."""
         first, last = np.searchsorted(self.time_ns, [from_ns, to_ns + 1])
         return self.pose[first:last]
 

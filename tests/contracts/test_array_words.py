@@ -1,4 +1,4 @@
-"""Public functions that take arrays say the shape and the unit of each: `corners_px: (n, 4, 2), px`, in words or lists.
+"""Public functions that take or give arrays say the shape and unit of each: `corners_px: (n, 4, 2), px`, or in words.
 
 The names in `array_words_missing.txt` do not yet: the list only shrinks.
 """
@@ -10,11 +10,19 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 FOLDERS = ("shared", "pi_agent", "station")
 MISSING = Path(__file__).with_name("array_words_missing.txt")
 SHAPE = r"\((?:\d+|[a-z]\w*|…)(?:, ?(?:\d+|[a-z]\w*|…))*,?\)"
 """A shape as numpy writes it: (n,), (n, 4, 2), (3, 3); dots stand for any further axes."""
+_TERM = r"(?:(?:\d+ )?[A-Za-z_]\w*|\d+)"
+_AXIS = rf"(?:…|{_TERM}(?: (?:[-+−×/]|or) {_TERM})*)"
+GIVEN = rf"\({_AXIS}(?:, {_AXIS})+\)|\({_AXIS},\)"
+"""The shape of what is given, as a tuple is written, with sums and products too: (n,), (3 n, 2), (m - 1, 4, n)."""
+ALIKE = r"\b(same|shape|as large|as long|as many)\b"
+"""The words of a result with the shape of an argument."""
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
@@ -69,25 +77,51 @@ def _has_shape(name: str, told: str) -> bool:
     return bool(re.search(rf"\b{name}\b[^.]*?{SHAPE}", told))
 
 
-def found() -> tuple[set[str], int]:
-    """The functions that lack words, and how many take arrays at all."""
+def gives_arrays(function: Function, known: set[str]) -> bool:
+    """True if the function gives an array, or something that consists of arrays by its annotation."""
+    given = "" if function.returns is None else ast.unparse(function.returns)
+    return bool(re.search(rf"(?<![\w.])({'|'.join(['NDArray', 'np.ndarray', *known])})(?!\w)", given))
+
+
+def says_what_it_gives(function: Function, known: set[str]) -> bool:
+    """True if the docstring has a shape beside those of the array parameters, or says that the result is like one."""
+    told = " ".join((ast.get_docstring(function) or "").split())
+    shapes = len(re.findall(GIVEN, told))
+    if not arrays(function, known):
+        return shapes > 0
+    return shapes > 1 or bool(shapes and re.search(ALIKE, told))
+
+
+def found(*, takes: bool) -> tuple[set[str], int]:
+    """The functions that lack words on the arrays that they take, or else give, and how many have any."""
     files = [path for folder in FOLDERS for path in sorted((ROOT / folder).rglob("*.py"))]
     known = aliases({path: ast.parse(path.read_text(encoding="utf-8")) for path in files})
     lacking, every = set[str](), 0
     for path in files:
         for name, function in public_functions(path):
-            every += bool(arrays(function, known[path]))
-            if untold(function, known[path]):
+            if takes:
+                every += bool(arrays(function, known[path]))
+                lacks = bool(untold(function, known[path]))
+            else:
+                every += (gives := gives_arrays(function, known[path]))
+                lacks = gives and not says_what_it_gives(function, known[path])
+            if lacks:
                 lacking.add(f"{path.relative_to(ROOT).as_posix()}: {name}")
     return lacking, every
 
 
 def test_whoever_takes_arrays_says_their_shapes() -> None:
-    lacking, every = found()
+    lacking, every = found(takes=True)
     listed = set(MISSING.read_text(encoding="utf-8").splitlines())
     assert every > 300
     assert sorted(lacking - listed) == [], "say the shape and the unit of each array, as in `corners_px: (n, 4, 2), px`"
     assert sorted(listed - lacking) == [], f"these are told by now: take them off {MISSING.name}"
+
+
+def test_whoever_gives_arrays_says_their_shapes() -> None:
+    lacking, every = found(takes=False)
+    assert every > 450
+    assert sorted(lacking) == [], "say the shape and the unit of what is given, as in 'The corners (n, 4, 2), px'"
 
 
 def test_a_function_without_words_is_seen() -> None:
@@ -97,3 +131,27 @@ def test_a_function_without_words_is_seen() -> None:
     assert isinstance(told, ast.FunctionDef)
     assert untold(bare, {"Array"}) == ["a_px"]
     assert untold(told, {"Array"}) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told", "enough"),
+    [
+        ("", "The corners.", False),
+        ("", "The corners (see below), and the table (magnified).", False),
+        ("", "A law (Howe & Cutkosky 1996, IJRR 15, 557).", False),
+        ("", "The corners (n, 4, 2), px.", True),
+        ("", "The times (n,), s.", True),
+        ("", "The nodes (3 n, 2), m.", True),
+        ("", "The pieces (m - 1, 4, n), rad.", True),
+        ("", "Light (…, n) or (…,).", True),
+        ("a: Array", "The corners of `a` (n, 2).", False),
+        ("a: Array", "The corners (n, 4, 2), px, of `a` (n, 2).", True),
+        ("a: Array", "The light of `a` (n, 2), in the same shape.", True),
+    ],
+)
+def test_a_result_without_a_shape_is_seen(arguments: str, told: str, enough: bool) -> None:
+    (function,) = ast.parse(f'def f({arguments}) -> tuple[Array, int]:\n    """{told}"""').body
+    assert isinstance(function, ast.FunctionDef)
+    assert gives_arrays(function, {"Array"})
+    assert not gives_arrays(function, {"Arrays"})
+    assert says_what_it_gives(function, {"Array"}) is enough

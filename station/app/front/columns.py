@@ -91,9 +91,9 @@ def of_track(track: Any) -> Columns:
 
 
 def run_at(signals: Signals, time_ns: Times) -> Integers:
-    """The number of the run that goes on at each time, from its first event and before its last; `NO_RUN` if none does.
+    """The numbers (n,) of the runs that go on at the times `time_ns` (n,), ns, which ascend; `NO_RUN` if none does.
 
-    The times `time_ns` (n,), ns, ascend.
+    A run goes on from its first event, and before its last.
     """
     found = np.full(len(time_ns), NO_RUN, dtype=np.int64)
     for run in signals.runs:

@@ -51,6 +51,6 @@ def with_tails(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Noise:
 
 
 def shaking_of(evidence: Evidence, model: Model) -> Array | None:
-    """Standard deviations (onset rows,) that the model's random pushes add to the onsets; None if there are none."""
+    """Standard deviations (n,) that the model's random pushes add to n onsets' residuals; None without pushes."""
     first = evidence.channels[0] if evidence.channels else None
     return first.shaking(model) if isinstance(first, Onsets) and model.acting("shaking") else None

@@ -49,7 +49,7 @@ def near(evidence: Evidence, model: Model) -> Generator[None]:
 def differences(
     evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str, Array], *, steps: Array | None = None
 ) -> dict[str, Array]:
-    """The slopes as in `slopes`, by `steps` (k,), inside a context that `near` has opened."""
+    """The slopes (rows, k) as in `slopes`, by `steps` (k,), inside a context that `near` has opened."""
     vector = vector_of(model, free)
     sizes = np.full(len(free), STEP) if steps is None else steps
     found = {name: np.zeros((len(values), len(free))) for name, values in at.items()}

@@ -213,7 +213,7 @@ def _done(question: Question, bench: Bench, changes: Changes, runs: int) -> list
 
 
 def protocol_of(recorded: Recorded, changes: Changes, *, runs: int) -> tuple[Times, Draw]:
-    """TRIAL_RUNS of the recorded runs in their order, and the protocol of a session of `runs` runs with the changes."""
+    """The places (TRIAL_RUNS,) of some recorded runs, and the protocol of a session of `runs` runs with the changes."""
     before, rng = recorded.protocol(), np.random.default_rng(SEED)
     picked = np.linspace(0, len(recorded.runs) - 1, TRIAL_RUNS).round().astype(np.int64)
     draw = {name: values[picked] for name, values in before.items()}

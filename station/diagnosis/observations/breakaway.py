@@ -111,7 +111,7 @@ class Falling(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Breakaways:
-    """Runs (r) with the moments of slip (r, k), s, that are tried, and the log prior of each one's friction."""
+    """Runs (r,) with the moments of slip (r, k), s, that are tried, and the log prior of each one's friction."""
 
     runs: Sequence[Early]
     rows: Rows
@@ -120,7 +120,7 @@ class Breakaways:
 
     @classmethod
     def of(cls, seen: Sequence[tuple[Early, Look]]) -> Breakaways:
-        """Builds it for runs (r), with moments on both sides of the first look's."""
+        """Builds it for runs (r,), with moments on both sides of the first look's."""
         runs, looks = [run for run, _ in seen], [look for _, look in seen]
         none = np.zeros((len(runs), 0))
         whole = cls(runs, _rows(runs, np.array([look.sigma_m for look in looks])), none, none)

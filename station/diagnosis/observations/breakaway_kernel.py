@@ -54,7 +54,7 @@ def cubics(table: Array) -> Array:
 
 
 class Rows(NamedTuple):
-    """Runs (r), each row padded: pull and press, m/s², on even grids of STEP_S (r, m), and the frames (r, n)."""
+    """Runs (r,), each row padded: pull and press, m/s², on even grids of STEP_S (r, m), and the frames (r, n)."""
 
     first_s: Array
     pull: Array

@@ -20,7 +20,7 @@ def expected_path(windows: Windows, plain: Load) -> tuple[Array, Array]:
     """The places (3 n, 2), m, and velocities (3 n, 2), m/s, of the windows' nodes in P.
 
     Each of the `windows` (n,) goes on from its place and speed at the middle, which are independent of its
-    acceleration's noise, in the direction of the `plain` loads' contact (3 n), with the acceleration that they make at
+    acceleration's noise, in the direction of the `plain` loads' contact (3 n,), with the acceleration that they make at
     the friction of all windows.
     """
     count = len(windows)

@@ -20,7 +20,7 @@ SENSOR_POINTS = 15
 class PlateMarks(Channel):
     """The apparent motion of the plate's own fiducials down the slope, m, at the block mark's height.
 
-    `view` and `start` see the mark in each stretch of the tilt (n) and level before the tilt (n).
+    `view` and `start` see the mark in each stretch of the tilt (n,) and level before the tilt (n,).
     """
 
     name: str = "plate"

@@ -186,7 +186,7 @@ def _along(terms: Sequence[Term], numbers: Sequence[_Number], inner: Array, spee
 
 @dataclass(frozen=True, eq=False)
 class _Speeds:
-    """Runs (r) at rest, `still`, and each of them at every one of SPEEDS_M_S: `resting` and `sliding` (r COUNT,)."""
+    """Runs (r,) at rest, `still`, and each of them at every one of SPEEDS_M_S: `resting` and `sliding` (r COUNT,)."""
 
     still: Contact
     resting: Contact

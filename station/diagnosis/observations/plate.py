@@ -184,7 +184,7 @@ class PlateMotion:
         return self.fit.of_mean(even / even.sum())
 
     def steps_between(self, from_ns: int, to_ns: int) -> Times:
-        """The times (ns) at which the arm was sent off, from `from_ns` until `to_ns`."""
+        """The times (n,), ns, at which the arm was sent off, from `from_ns` until `to_ns`."""
         first, last = np.searchsorted(self._steps_ns, (from_ns, to_ns))
         return self._steps_ns[first:last]
 

@@ -105,7 +105,7 @@ def _sigmas(recorded: Recorded, contact: Contact, yaw_rad: Array, rate_rad_s: Ar
 
 
 def _seen(recorded: Recorded, moments: Moments, rate_rad_s: Array) -> View:
-    """The camera's view of the windows' nodes (3 n), on their expected path; the blocks turn at `rate_rad_s` (3 n)."""
+    """The camera's view of the windows' nodes (3 n,) on their expected path; blocks turn at `rate_rad_s` (3 n,)."""
     windows, contact = recorded.free_windows, moments.reported
     place_m, velocity_m_s = expected_path(windows, moments.plain)
     return block_view(

@@ -31,9 +31,9 @@ class Motion:
     """The windows' accelerations (n, 2), m/s², and (n,), rad/s², and their states at the nodes (3 n moments).
 
     `run_effects` gives for a model the log friction of the windows' runs (n,) over its own by their onsets, and those
-    onsets' residuals; `yaw_rate_rad_s` (3 n) is the block's turning at the nodes; `between_m_s2` (n, 3) is what the
+    onsets' residuals; `yaw_rate_rad_s` (3 n,) is the block's turning at the nodes; `between_m_s2` (n, 3) is what the
     three nodes miss of the means of pull (2) and press over a window in which the plate is set in motion or stopped;
-    `view` is the camera's view of the nodes. `usual_way_rad` (3 n) is the way that slides of such runs go, rad in P:
+    `view` is the camera's view of the nodes. `usual_way_rad` (3 n,) is the way that slides of such runs go, rad in P:
     their own, unless it is given.
     """
 
@@ -48,7 +48,7 @@ class Motion:
 
     @property
     def usual_way(self) -> Array:
-        """`usual_way_rad`, or the blocks' own ways (3 n) if it is not given."""
+        """`usual_way_rad`, or the blocks' own ways (3 n,), rad in P, if it is not given."""
         return self.moments.reported.way_rad if self.usual_way_rad is None else self.usual_way_rad
 
     @property
@@ -58,12 +58,12 @@ class Motion:
 
     @property
     def reach_m(self) -> Array:
-        """The sole's turning radius ρ (3 n), m, see `station.physics.sole`."""
+        """The sole's turning radius ρ (3 n,), m, see `station.physics.sole`."""
         return TURNING_RADIUS * np.sqrt(self.moments.reported.area_m2)
 
     @property
     def sliding(self) -> Array:
-        """The share (3 n) of the friction that opposes the sliding; the rest opposes the turning.
+        """The share (3 n,) of the friction that opposes the sliding; the rest opposes the turning.
 
         The limit surface is an ellipsoid (Howe & Cutkosky 1996, IJRR 15, 557).
         """
@@ -72,7 +72,7 @@ class Motion:
 
     @cached_property
     def seen(self) -> Latest[tuple[Array, Array]]:
-        """The cached `_seen`."""
+        """Caches, by model, the windows' apparent acceleration (n, 2), m/s², and turn (n,), rad, of `_seen`."""
         return Latest(self._seen, ("seen",))
 
     def _seen(self, model: Model) -> tuple[Array, Array]:

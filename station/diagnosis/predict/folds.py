@@ -162,6 +162,9 @@ def less(evidence: Evidence, after: Fit, name: str) -> Fit:
 
 
 def refitted(evidence: Evidence, whole: Fit, effects: Sequence[Effect], fold: Array) -> tuple[tuple[Bools, Fit], ...]:
-    """The fits of given effects without each fold (r,), begun from the whole fit."""
+    """For each fold its runs (r,) and the fit of given effects without them, begun from the whole fit.
+
+    `fold` (r,) has the number of each run's fold.
+    """
     outs = [fold == number for number in np.unique(fold)]
     return tuple((out, fit(evidence.without(out), whole.model, effects, noise=whole.noise)) for out in outs)

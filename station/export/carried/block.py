@@ -24,7 +24,7 @@ class Block:
         self.time_s, self.place, self.velocity = 0.0, np.zeros(3), np.zeros(3)
 
     def advance(self, gravity: Array) -> Array:
-        """One step under gravity (3,), m/s², in the plate's frame; gives the place after it."""
+        """One step under gravity (3,), m/s², in the plate's frame; gives the place (3,), m and rad, after it."""
         now = Moment(self.time_s, gravity, self.place, self.velocity)
         action = self.law.act(now, step_s=self.step_s)
         reach = TURNING_RADIUS * self.side_m

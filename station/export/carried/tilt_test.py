@@ -20,7 +20,7 @@ class Bench(Protocol):
     step_s: float
 
     def advance(self, gravity: Array) -> Array:
-        """One step under gravity (3,), m/s², in the plate's frame; gives the block's x, y (m) and yaw (rad) then."""
+        """One step under gravity (3,), m/s², in the plate's frame; gives x, y (m) and yaw (rad) after it, (3,)."""
         ...
 
 
@@ -46,7 +46,7 @@ class Ramp(NamedTuple):
 
 
 def tilt_test(bench: Bench, ramp: Ramp, *, enough_m: float = math.inf) -> Array:
-    """Rows of time (s), tilt (rad), x, y (m) and yaw (rad), one a step, until the block has gone `enough_m`.
+    """Rows (m, 5) of time (s), tilt (rad), x, y (m) and yaw (rad), one a step, until the block has gone `enough_m`.
 
     They begin with the ramp: while the plate is held, a block settles into its contact.
     """

@@ -128,7 +128,7 @@ class DrakeBench:
         self._steps = 0
 
     def advance(self, gravity: Array) -> Array:
-        """One step under gravity (3,), m/s², in the plate's frame; gives x, y (m) and yaw (rad) after it."""
+        """One step under gravity (3,), m/s², in the plate's frame; gives x, y (m) and yaw (rad) after it, (3,)."""
         push = self.friction.force(self._context, step_s=self.step_s, gravity=gravity)
         mass = self._block.get_mass(self._context)
         turned = gravity + np.array([0.0, 0.0, GRAVITY_M_S2])

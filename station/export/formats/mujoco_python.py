@@ -118,7 +118,7 @@ class MujocoBench:
         self.friction.install()
 
     def advance(self, gravity: Array) -> Array:
-        """One step under gravity (3,), m/s², in the plate's frame; gives x, y (m) and yaw (rad) after it."""
+        """One step under gravity (3,), m/s², in the plate's frame; gives x, y (m) and yaw (rad) after it, (3,)."""
         self.model.opt.gravity[:] = gravity
         mj.mj_step(self.model, self.data)
         x, y, _, w, a, b, z = self.data.qpos.tolist()

@@ -103,7 +103,7 @@ class PybulletBench:
         self.friction = Friction(client, Law(model, Watch()), plate=plate, block=self._block)
 
     def advance(self, gravity: Array) -> Array:
-        """One step under gravity (3,), m/s², in the plate's frame; gives x, y (m) and yaw (rad) after it."""
+        """One step under gravity (3,), m/s², in the plate's frame; gives x, y (m) and yaw (rad) after it, (3,)."""
         self._client.setGravity(*gravity)
         self.friction.before_step(gravity)
         self._client.stepSimulation()

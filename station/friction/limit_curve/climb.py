@@ -21,13 +21,13 @@ _FLAT = 1e-3
 
 
 def climb(height: Callable[[Array], tuple[float, Array]], start: Array, *, low: Array, high: Array) -> Array:
-    """The parameters (k) of the maximum that is reached from `start` (k).
+    """The parameters (k,) of the maximum that is reached from `start` (k,).
 
     Args:
-        height: value and gradient (k); its parameters should be scaled so that steps of about 1 matter alike.
+        height: value and gradient (k,); its parameters should be scaled so that steps of about 1 matter alike.
         start: within the bounds.
-        low: least values (k).
-        high: greatest values (k).
+        low: least values (k,).
+        high: greatest values (k,).
     """
     at, (value, slope) = start, height(start)
     curvature, flat = np.eye(len(start)), 0

@@ -46,7 +46,7 @@ class FrictionDistribution:
     def draw(
         self, rng: np.random.Generator, slide_rad: ArrayLike, size: int | None = None, *, orientation_rad: float = 0.0
     ) -> Array:
-        """Draws of mu for slides in the directions `slide_rad` (n): (n), or (size, n), each a run of its own.
+        """Draws of mu for slides in the directions `slide_rad` (n,): (n,), or (size, n), each a run of its own.
 
         One direction (a plain number) gives () or (size).
         """
@@ -55,7 +55,7 @@ class FrictionDistribution:
         return mu * self.multiplier.draw(rng, shape)
 
     def quantile(self, probability: float, slide_rad: ArrayLike, *, orientation_rad: float = 0.0) -> Array:
-        """The coefficient that friction does not reach with this probability, by direction (n)."""
+        """The coefficient that friction does not reach with this probability, by direction (n,)."""
         return self.curve.mu(slide_rad, orientation_rad=orientation_rad) * self.multiplier.quantile(probability)
 
 
@@ -100,7 +100,7 @@ class Goodness:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Band:
-    """The curve over the circle: friction and its 90 % interval by direction, each (k). Pointwise, not of the whole."""
+    """The curve over the circle: friction and its 90 % interval by direction, each (k,); pointwise, not of all."""
 
     phi_rad: tuple[float, ...]
     mu: tuple[float, ...]
@@ -147,11 +147,11 @@ class LimitCurveFit:
         return FrictionDistribution(self.curve, self.multiplier)
 
     def mu(self, phi_rad: ArrayLike, *, orientation_rad: float = 0.0) -> Array:
-        """Median friction coefficient of slides in the directions phi (n)."""
+        """Median friction coefficient of slides in the directions phi (n,)."""
         return self.curve.mu(phi_rad, orientation_rad=orientation_rad)
 
     def force(self, phi_rad: ArrayLike, *, orientation_rad: float = 0.0) -> Array:
-        """The force (n) that the contact holds, over the normal force, against pulls in the directions phi (n), rad."""
+        """The force (n,) that the contact holds, over the normal force, by the pulls' directions phi (n,), rad."""
         return self.curve.force(phi_rad, orientation_rad=orientation_rad)
 
     def ellipse(self, *, orientation_rad: float = 0.0) -> Ellipse:

@@ -22,7 +22,7 @@ _SURE = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Multipliers:
-    """Each run's friction over the curve's (n): `value`, or NaN and between `above` and `below`."""
+    """Each run's friction over the curve's (n,): `value`, or NaN and between `above` and `below`."""
 
     value: Array
     above: Array
@@ -30,7 +30,7 @@ class Multipliers:
 
     @property
     def known(self) -> Bools:
-        """Runs with a value (n)."""
+        """Runs with a value (n,)."""
         return np.isfinite(self.value)
 
 

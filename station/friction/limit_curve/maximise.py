@@ -19,7 +19,7 @@ _EASES = (0.95, 0.05)
 
 @dataclass(frozen=True, eq=False)
 class Maximum:
-    """The parameters (k) at the maximum, ln of the likelihood there, and their covariance (k, k).
+    """The parameters (k,) at the maximum, ln of the likelihood there, and their covariance (k, k).
 
     The covariance is Laplace's: the inverse of the likelihood's curvature. A tail of 0 has none, and is taken as known.
     """
@@ -36,12 +36,12 @@ class Maximum:
         return len(self.values) * math.log(self.count) - 2 * self.log_likelihood
 
     def sigma(self, slope: Array) -> float:
-        """Standard error of what changes by `slope` (k) with the parameters."""
+        """Standard error of what changes by `slope` (k,) with the parameters."""
         return math.sqrt(max(float(slope @ self.covariance @ slope), 0.0))
 
 
 def first_guess(observations: Observations) -> Array:
-    """Values of the isotropic model from which every fit begins."""
+    """Values (k,) of the isotropic model from which every fit begins."""
     layout = Layout("isotropic", "object")
     known = observations.pull[observations.resolved]
     start = dict.fromkeys(layout.names, 0.0)
@@ -123,7 +123,7 @@ def _covariance(likelihood: Likelihood, values: Array, start: Array) -> Array:
 
 
 def _slope_of_slope(likelihood: Likelihood, values: Array, place: int, step: float) -> Array:
-    """The change of the gradient (k) with one parameter."""
+    """The change of the gradient (k,) with one parameter."""
     ahead, behind = values.copy(), values.copy()
     ahead[place] += step
     behind[place] -= step

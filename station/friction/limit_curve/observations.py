@@ -33,7 +33,7 @@ _LEAST_TILT_RAD = 1e-4
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Observations:
-    """One row a run (n). Pulls are ln tan of the tilt.
+    """One row a run (n,). Pulls are ln tan of the tilt.
 
     `pull` is the one at the onset, with `pull_sigma`; where the onset is only known to lie between two tilts it is NaN
     and `above` and `below` are their pulls (−inf and +inf where there is none: a censored run has `below` = +inf).
@@ -58,17 +58,17 @@ class Observations:
 
     @property
     def resolved(self) -> Bools:
-        """Runs whose onset is known (n)."""
+        """Runs whose onset is known (n,)."""
         return np.isfinite(self.pull)
 
     @property
     def censored(self) -> Bools:
-        """Runs of which only is known that it takes more (n)."""
+        """Runs of which only is known that it takes more (n,)."""
         return ~self.resolved & np.isposinf(self.below)
 
     @property
     def orientation_rad(self) -> Array:
-        """The object's yaw against the plate (n)."""
+        """The object's yaw against the plate (n,)."""
         return self.towards_plate_rad - self.towards_object_rad
 
     def where(self, chosen: Bools | NDArray[np.intp]) -> Observations:
@@ -112,7 +112,7 @@ def _column(samples: tuple[Sample, ...], name: str) -> Array:
 
 
 def _leaning(slides: Slides, opening: Opening) -> Bools:
-    """Blocks (n) that touched foam which did not let them go: it held them, or turned them aside.
+    """Blocks (n,) that touched foam which did not let them go: it held them, or turned them aside.
 
     By the direction of the pull, which is known beforehand, and not by what the block then did.
     """
@@ -143,7 +143,7 @@ def _bracket(slides: Slides, samples: tuple[Sample, ...]) -> tuple[Array, Array]
 
 
 def _slide_sigma_rad(slides: Slides, samples: tuple[Sample, ...]) -> Array:
-    """Error of a slide's direction against the block (n), from the corners' noise: both centres and the yaw."""
+    """Error of a slide's direction against the block (n,), from the corners' noise: both centres and the yaw."""
     corner = np.array([_corner_px(sample) for sample in samples])
     side = slides.circumference_px[:, 0] / 4
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -70,7 +70,7 @@ class Layout:
         return self.names.index(name)
 
     def bounds(self) -> list[tuple[float, float]]:
-        """Least and greatest values (k)."""
+        """Least and greatest values (k,)."""
         return [_BOUNDS[_family(name)] for name in self.names]
 
     def shape(self, values: Array, frame: str) -> Shape:
@@ -83,7 +83,7 @@ class Layout:
         return Shape(stretch=pair(2), one_way=pair(1), third=pair(3), fourth=pair(4))
 
     def curve(self, values: Array) -> LimitCurve:
-        """The limit curve at some values (k)."""
+        """The limit curve at some values (k,)."""
         return LimitCurve(
             level=math.exp(float(values[0])),
             frame=self.frame,

@@ -39,7 +39,7 @@ _CLOSE = 1e-4
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Local:
-    """ln h and its derivatives at some directions (n): `log`, `slope` p, `bend` p′ and `jerk` p″."""
+    """ln h and its derivatives at some directions (n,): `log`, `slope` p, `bend` p′ and `jerk` p″."""
 
     log: Array
     slope: Array
@@ -52,7 +52,7 @@ class Local:
 
 
 def ellipse_series(stretch_cos: float, stretch_sin: float) -> Complex:
-    """Coefficients a (ORDER + 1) of ln h = Re sum a_k exp(−i k phi) of an ellipse with mu_1 mu_2 = 1, less their mean.
+    """Coefficients a (ORDER + 1,) of ln h = Re sum a_k exp(−i k phi) of an ellipse with mu_1 mu_2 = 1, less their mean.
 
     The arguments are ln(mu_1/mu_2) times cosine and sine of twice the direction of mu_1. With rho = (mu_1 − mu_2) /
     (mu_1 + mu_2), ln h = const + sum over k of (−1)^(k+1) rho^k cos(2 k (phi − axis)) / k.
@@ -68,7 +68,7 @@ def ellipse_series(stretch_cos: float, stretch_sin: float) -> Complex:
 
 
 class Evaluator:
-    """Several series (ORDER + 1) made ready to be evaluated at the same directions, many times."""
+    """Several series (ORDER + 1,) made ready to be evaluated at the same directions, many times."""
 
     def __init__(self, series: Sequence[Complex], *, derivatives: int = 4) -> None:
         stacked = np.array(series)
@@ -78,7 +78,7 @@ class Evaluator:
         self._size = (derivatives, len(series))
 
     def __call__(self, phi: Array) -> Array:
-        """Values and derivatives (derivatives, series, n) at the directions phi (n)."""
+        """Values and derivatives (derivatives, series, n) at the directions phi (n,)."""
         return (self._weights @ _waves(phi, self._order)).reshape(*self._size, len(phi))
 
 
@@ -103,7 +103,7 @@ def _waves(phi: Array, order: NDArray[np.intp]) -> Array:
 
 
 def evaluate(series: Complex, phi: ArrayLike) -> Local:
-    """A series (ORDER + 1,) at the directions phi (…), rad."""
+    """A series (ORDER + 1,) at the directions phi (…,), rad."""
     angles = np.asarray(phi, dtype=np.float64)
     return Local(*Evaluator([series])(angles.ravel())[:, 0].reshape(4, *angles.shape))
 
@@ -111,16 +111,16 @@ def evaluate(series: Complex, phi: ArrayLike) -> Local:
 def slide_direction(
     slopes: Callable[[Array], Array], pull_rad: Array, *, ease: float = 1.0, start_rad: Array | None = None
 ) -> Array:
-    """The direction phi (n) in which a block slides that is pulled towards delta (n): Halley's method, kept in bounds.
+    """The direction phi (n,), rad, of a block that is pulled towards delta (n,): Halley's method, kept in bounds.
 
     Args:
-        slopes: gives p, p′ and p″, (3, n), at directions (n).
-        pull_rad: delta (n).
+        slopes: gives p, p′ and p″, (3, n), at directions (n,).
+        pull_rad: delta (n,).
         ease: see above.
-        start_rad: where to begin (n).
+        start_rad: where to begin (n,).
 
     Returns:
-        phi (n). For a curve that is not convex it is some solution; there the fit is refused anyway.
+        phi (n,). For a curve that is not convex it is some solution; there the fit is refused anyway.
     """
     low, high = pull_rad - math.pi / 2, pull_rad + math.pi / 2
     phi = np.clip(pull_rad if start_rad is None else start_rad, low, high)
@@ -143,5 +143,5 @@ def slide_direction(
 
 
 def convexity(local: Local) -> Array:
-    """(h + h″) / h (n): not negative where the curve is convex."""
+    """(h + h″) / h (n,): not negative where the curve is convex."""
     return 1.0 + local.slope**2 + local.bend

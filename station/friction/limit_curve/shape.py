@@ -42,7 +42,7 @@ class Shape:
     fourth: tuple[float, float] = (0.0, 0.0)
 
     def series(self) -> Complex:
-        """Coefficients a (ORDER + 1) of ln mu = Re sum a_k exp(−i k phi), without the mean."""
+        """Coefficients a (ORDER + 1,) of ln mu = Re sum a_k exp(−i k phi), without the mean."""
         series = ellipse_series(*self.stretch)
         for order, pair in zip(ODD, (self.one_way, self.third, self.fourth), strict=True):
             series[order] += complex(*pair)
@@ -58,7 +58,7 @@ class Ellipse:
     axis_rad: float
 
     def mu(self, phi_rad: ArrayLike) -> Array:
-        """Friction (n) of a slide in the direction phi (n)."""
+        """Friction (n,) of a slide in the direction phi (n,)."""
         along = np.asarray(phi_rad, dtype=np.float64) - self.axis_rad
         return cast(Array, np.hypot(self.mu_1 * np.cos(along), self.mu_2 * np.sin(along)))
 
@@ -78,7 +78,7 @@ class LimitCurve:
     plate: Shape = Shape()
 
     def series(self, orientation_rad: float = 0.0) -> Complex:
-        """The series of ln mu in the frame, at one orientation of the object on the plate."""
+        """The series (ORDER + 1,) of ln mu in the frame, at one orientation of the object on the plate."""
         if self.frame == "object":
             return self.object.series()
         if self.frame == "plate":
@@ -86,11 +86,11 @@ class LimitCurve:
         return self.object.series() + self.plate.series() * np.exp(-1j * np.arange(ORDER + 1) * orientation_rad)
 
     def mu(self, phi_rad: ArrayLike, *, orientation_rad: float = 0.0) -> Array:
-        """Friction coefficient (n) while the block begins to slide in the directions phi (n)."""
+        """Friction coefficient (n,) while the block begins to slide in the directions phi (n,)."""
         return self.level * np.exp(evaluate(self.series(orientation_rad), phi_rad).log)
 
     def force(self, phi_rad: ArrayLike, *, orientation_rad: float = 0.0) -> Array:
-        """The force (n) that the contact holds, over the normal force, against pulls in the directions phi (n), rad.
+        """The force (n,) that the contact holds, over the normal force, against pulls in the directions phi (n,), rad.
 
         This is the limit curve's radius and the tangent of the tilt at which the block starts.
         """
@@ -99,7 +99,7 @@ class LimitCurve:
         return self.level * np.exp(local.log) * np.hypot(1.0, local.slope)
 
     def slide(self, pull_rad: ArrayLike, *, orientation_rad: float = 0.0) -> Array:
-        """The directions (n) in which the block begins to slide when it is pulled in the directions `pull_rad` (n)."""
+        """The directions (n,), rad, in which a block begins to slide when pulled in the directions `pull_rad` (n,)."""
         pull = np.asarray(pull_rad, dtype=np.float64)
         both = Evaluator([self.series(orientation_rad)])
         return slide_direction(lambda phi: both(phi)[1:, 0], pull.ravel()).reshape(pull.shape)

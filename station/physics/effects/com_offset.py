@@ -56,7 +56,7 @@ class ComOffset(Effect):
         return off - fallen(view, slenderness=tall)
 
     def mass(self, contact: Contact, values: Values) -> Array | None:
-        """The offset along the sole."""
+        """The offset (n, 3) along the sole, in widths of the sole."""
         return np.array([[values["x_m"], values["y_m"], 0.0]]) / np.sqrt(contact.area_m2)[:, None]
 
     def why_untestable(self, contact: Contact) -> str | None:

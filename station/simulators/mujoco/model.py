@@ -299,7 +299,7 @@ UNTOUCHABLE = cast("dict[str, Any]", {"contype": 0, "conaffinity": 0})
 
 
 def quaternion(rotation: FLOATS) -> FLOATS:
-    """The unit quaternion (w, x, y, z) of a rotation matrix, (3, 3)."""
+    """The unit quaternion (4,), in the order (w, x, y, z), of a rotation matrix, (3, 3)."""
     result = np.empty(4)
     mj.mju_mat2Quat(result, np.ascontiguousarray(rotation, dtype=np.float64).ravel())
     return result

@@ -122,7 +122,7 @@ class Commands:
 
 
 def tilt_of(gravity: Array) -> Array:
-    """Angle (…), rad, between the plate's normal and up from `gravity` (…, 3) in P, of any length."""
+    """Angle (…,), rad, between the plate's normal and up from `gravity` (…, 3) in P, of any length."""
     return np.arctan2(np.hypot(gravity[..., 0], gravity[..., 1]), -gravity[..., 2])
 
 

@@ -53,7 +53,7 @@ class Found:
         self._world = World(commands, model, friction=np.ones(1), shake=np.zeros(1))
 
     def friction_multiplier(self, **state: Unpack[State]) -> Array | float:
-        """The factor on the simulator's coefficient of friction, static at rest and kinetic in motion."""
+        """The factor (n,), or one, on the simulator's coefficient of friction, static at rest and kinetic in motion."""
         if self._model.acting("friction"):
             return _as_asked(self._own * self._model.friction(self._contact(state)), state["t_s"])
         factor = self._model.mu_s * self._own
