@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from station.diagnosis.inference.columns import Scores
 from station.physics.contact import Array
@@ -25,18 +26,31 @@ def with_own_noise(scored: Scores, truth: int, candidates: Sequence[Sequence[int
     """
     rows = max(float(scored.rows[truth]), 1.0)
     data = float((np.diag(scored.information) - np.diag(scored.absorbed.resisted))[truth])
-    shares = np.array([share_of_priors(scored, truth, one) for one in candidates])[:, None]
+    shares = shares_of_priors(scored, truth, candidates)[:, None]
     explained = (1.0 - shares) * np.array(gains)
     left = np.maximum(data - explained, 0.0)
     return shares * np.array(gains) + rows * (np.log1p((left + explained) / rows) - np.log1p(left / rows))
 
 
-def share_of_priors(scored: Scores, truth: int, columns: Sequence[int]) -> float:
-    """The share, from 0 to 1, of what columns gain where the truth is another column, that they gain of the priors."""
-    chosen, resisted = list(columns), scored.absorbed.resisted
-    size = (
-        np.linalg.pinv(scored.information[np.ix_(chosen, chosen)], hermitian=True) @ scored.information[chosen, truth]
-    )
-    whole = float(size @ scored.information[chosen, truth])
-    of_priors = float(2.0 * size @ resisted[chosen, truth] - size @ resisted[np.ix_(chosen, chosen)] @ size)
-    return min(max(of_priors / whole, 0.0), 1.0) if whole > 0.0 else 0.0
+def shares_of_priors(scored: Scores, truth: int, candidates: Sequence[Sequence[int]]) -> Array:
+    """The shares (candidates,), from 0 to 1, of the candidates' gains that they gain of the priors.
+
+    The truth and the candidates are as above.
+    """
+    shares = np.zeros(len(candidates))
+    for count in {len(one) for one in candidates}:
+        places = [place for place, one in enumerate(candidates) if len(one) == count]
+        shares[places] = _shares(scored, truth, np.array([candidates[place] for place in places]))
+    return shares
+
+
+def _shares(scored: Scores, truth: int, chosen: NDArray[np.int64]) -> Array:
+    """The shares (m,) of candidates of the same number of columns `chosen` (m, k): all at once, as they are many."""
+    among = chosen[:, :, None], chosen[:, None, :]
+    seen, resisted = scored.information[chosen, truth], scored.absorbed.resisted
+    inverse = np.linalg.pinv(scored.information[among], hermitian=True)
+    size = (inverse @ seen[:, :, None])[:, :, 0]
+    whole = (size * seen).sum(axis=1)
+    of_priors = (size * (2.0 * resisted[chosen, truth] - (resisted[among] @ size[:, :, None])[:, :, 0])).sum(axis=1)
+    gains = whole > 0.0
+    return np.where(gains, np.clip(of_priors / np.where(gains, whole, 1.0), 0.0, 1.0), 0.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from station.diagnosis.inference.columns import Absorbed, Scores
-from station.diagnosis.next_experiment.own_noise import share_of_priors, with_own_noise
+from station.diagnosis.next_experiment.own_noise import shares_of_priors, with_own_noise
 from station.physics.contact import Array
 
 PRECISION = np.array([0.0, 4.0, 900.0])
@@ -62,6 +62,6 @@ def test_what_a_prior_loses_is_not_taken_for_noise() -> None:
     own = np.column_stack([np.zeros(200), np.zeros(200), np.full(200, 10.0)])
     shift = np.ones((200, 1)) + 1e-3 * rng.standard_normal((200, 1))
     found = scored(own, 0.5 * shift, runs=200)
-    assert share_of_priors(found, 0, [0]) > 0.8
+    assert shares_of_priors(found, 0, [(0,)])[0] > 0.8
     gain = float(found.information[0, 0])
     assert 0.8 * gain < float(with_own_noise(found, 0, [(0,)], [np.array([gain])])[0, 0]) <= gain
