@@ -45,13 +45,43 @@ def friction(engine: Engine, *, yaw: float, slope: float, rate_deg_s: float) -> 
     return np.array([part.mean() for part in np.array_split(shown, 4)])
 
 
+def built(family: type[EngineFamily]) -> Engine:
+    made = family()
+    if reason := made.why_not():
+        pytest.skip(reason)
+    return made.engine(CONTACT)
+
+
 @pytest.mark.parametrize("family", [Mujoco, Bullet])
 @pytest.mark.parametrize(("yaw", "slope", "rate_deg_s"), CASES)
 def test_a_slide_has_the_friction_that_its_engine_was_given(
     family: type[EngineFamily], yaw: float, slope: float, rate_deg_s: float
 ) -> None:
-    made = family()
-    if reason := made.why_not():
-        pytest.skip(reason)
-    found = friction(made.engine(CONTACT), yaw=yaw, slope=slope, rate_deg_s=rate_deg_s)
+    found = friction(built(family), yaw=yaw, slope=slope, rate_deg_s=rate_deg_s)
     assert np.abs(found).max() < 1e-3, "a session of sixty runs knows it to 0.3 %"
+
+
+@pytest.mark.parametrize("family", [Mujoco, Bullet])
+@pytest.mark.parametrize("less_deg", [2.0, 15.0])
+def test_a_slide_is_braked_and_ends_by_the_friction_that_its_engine_was_given(
+    family: type[EngineFamily], less_deg: float
+) -> None:
+    """The block slides on a plate that is too steep for it, and then on one that is too level by `less_deg`."""
+    engine = built(family)
+
+    def speeds(slope: float, count: int) -> list[float]:
+        found: list[float] = []
+        for _ in range(count):
+            engine.step(G * np.array([math.sin(slope), 0.0, -math.cos(slope)]), np.zeros(2), 0.0)
+            found.append(engine.read()[3])
+        return found
+
+    engine.put(0.0, 0.0, 0.3, mu=CONTACT.mu)
+    (*_, fast) = speeds(math.radians(25.0), 200)
+    level = math.atan(CONTACT.mu) - math.radians(less_deg)
+    braking = G * (CONTACT.mu * math.cos(level) - math.sin(level))
+    lasts = round(fast / braking / engine.step_s)
+    braked = np.array(speeds(level, lasts + 50))
+    expected = fast - braking * engine.step_s * np.arange(1, lasts + 1)
+    assert braked[:lasts] == pytest.approx(expected, abs=0.01 * fast)
+    assert np.abs(braked[lasts + 5 :]).max() < 1e-4, "it rests"
