@@ -37,7 +37,7 @@ SCENE = """<mujoco>
 
 
 GOOD = {
-    "solver": 'cone="elliptic" impratio="0.001" noslip_iterations="300" noslip_tolerance="1e-14" tolerance="1e-12"',
+    "solver": 'cone="elliptic" impratio="0.001" noslip_iterations="50" noslip_tolerance="1e-10" tolerance="1e-12"',
     "contact": 'solref="0.007 1" solimp="0.15 0.151 0.001 0.5 2" solreffriction="-1e-9 -200"',
 }
 BAD = {"solver": "", "contact": ""}
