@@ -10,6 +10,7 @@ from pathlib import Path
 import lz4.frame
 import pytest
 import zstandard
+from mcap.data_stream import RecordBuilder
 from mcap.records import Chunk
 
 from shared import wire
@@ -20,6 +21,7 @@ from station.recording import chunks, mcap_file, reader
 from station.recording.chunks import DamageError, messages, unpack
 from station.recording.mcap_file import McapFile
 from station.recording.reader import open_recording
+from station.recording.repair import repair
 
 LARGE = 400 * 2**20
 
@@ -139,3 +141,31 @@ def test_more_samples_than_any_session_takes_are_refused(tmp_path: Path, monkeyp
 def test_the_limits_are_not_reached_by_our_own_recordings() -> None:
     assert 100 * mcap_file.CHUNK_BYTES < reader.MAX_HELD_BYTES
     assert chunks.MAX_MESSAGES * 30 > 10 * mcap_file.CHUNK_BYTES
+
+
+def bomb(path: Path) -> Path:
+    """A chunk of 200 MB of records without content and kind, in some kB, and a message behind it."""
+    raw = bytes(9 * (200_000_000 // 9))
+    with path.open("wb") as stream:
+        file = McapFile(stream, library="test", compression="zstd")
+        Chunk("zstd", zstandard.compress(raw), 0, 0, 0, len(raw)).write(builder := RecordBuilder())
+        stream.write(builder.end())
+        schema = file.register_schema(wire.schema_name(Heartbeat), wire.schema(Heartbeat))
+        channel = file.register_channel("/session/heartbeat", schema_id=schema)
+        file.add_message(channel, log_ns=1, publish_ns=1, sequence=0, payload=wire.encode(Heartbeat(1)))
+        file.finish()
+    return path
+
+
+def test_a_repair_unpacks_no_more_than_a_reader_does(tmp_path: Path) -> None:
+    path = bomb(tmp_path / "a.mcap")
+    assert path.stat().st_size < 20_000
+    tracemalloc.start()
+    try:
+        done = repair(path)
+        assert tracemalloc.get_traced_memory()[1] < 2**24
+    finally:
+        tracemalloc.stop()
+    assert "1 chunks that claim to hold far more" in done.sentence
+    assert open_recording(done.path).message_count == 1
+    assert open_recording(done.path).metadata["repair"]["bombs"] == "1"
