@@ -1,4 +1,4 @@
-"""Where the index of a finished recording says that its records begin, of what kind they are, and what they are called.
+"""The places, kinds and names of a finished recording's records, as its index has them.
 
 The index has a checksum; the nine bytes at the head of a record, which say its kind and length, have none. What the
 index names is therefore found and read by it, and a record that it does not name may not run over one that it does.
@@ -38,7 +38,7 @@ class Places:
         return self._by_offset.get(offset)
 
     def next_after(self, offset: int) -> int:
-        """Where the next record of the index begins; the size of the file after the last."""
+        """The place at which the next record of the index begins; the size of the file after the last."""
         number = bisect_right(self._offsets, offset)
         return self._offsets[number] if number < len(self._offsets) else self._size
 
@@ -50,7 +50,7 @@ def places_of(summary: Summary | None, *, size: int) -> Places:
 
 
 def _message_indexes(summary: Summary) -> Iterable[Place]:
-    """Those of a chunk stand behind it, one a channel, and are taken for one record."""
+    """The message indexes of each chunk, which stand behind it, one a channel, taken for one record."""
     for index in summary.chunk_indexes:
         if index.message_index_length:
             behind = index.chunk_start_offset + index.chunk_length

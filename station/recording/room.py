@@ -13,7 +13,7 @@ class BombError(DamageError):
 
 
 class Room:
-    """What may still be unpacked of a file of so many bytes."""
+    """The size that may still be unpacked of a file of so many bytes."""
 
     def __init__(self, file_bytes: int) -> None:
         self._left = most_unpacked(file_bytes)

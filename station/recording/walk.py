@@ -73,7 +73,7 @@ def _is_end(record: Record, *, behind: int) -> bool:
 
 
 def _next(file: BinaryIO, position: int, places: Places, size: int) -> tuple[Record | Gap, int]:
-    """What stands there, and where the next begins."""
+    """The record or gap that begins there, and the place of the next."""
     known, stop = places.at(position), places.next_after(position)
     if known is not None and HEAD.size <= known.length <= min(stop - position, MAX_CHUNK_BYTES):
         return _named(file, known), position + known.length
