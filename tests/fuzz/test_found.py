@@ -209,7 +209,7 @@ def _unreadable(certificate: bytes) -> Iterator[str]:
     """Certificates with one bit changed: one of a version that there is not, and one whose name cannot be read."""
     der = x509.load_pem_x509_certificate(certificate).public_bytes(Encoding.DER)
     version = der.index(bytes([0xA0, 3, 2, 1, 2])) + 4
-    name = der.index(bytes([0x0C]), version)  # the mark of a text
+    name = der.index(bytes([0x55, 4, 3, 0x0C]), version) + 3  # the mark of the text in a common name
     for place, bit in ((version, 0x40), (name, 0x02)):
         changed = der[:place] + bytes([der[place] ^ bit]) + der[place + 1 :]
         yield f"-----BEGIN CERTIFICATE-----\n{base64.encodebytes(changed).decode()}-----END CERTIFICATE-----\n"
