@@ -90,6 +90,6 @@ def _written_out(packed: Any, kinds: Any) -> Any:
     for number, kind in enumerate(kinds):
         try:
             packed = packed.set_column(number, kind, packed.column(number).cast(kind.type))
-        except pa.ArrowNotImplementedError:  # so are views of texts
+        except pa.ArrowNotImplementedError:  # views of texts are such a kind
             continue
     return packed

@@ -16,10 +16,11 @@ from mcap.summary import Summary
 from shared.errors import UserError
 from station.recording.bounded import BROKEN
 from station.recording.chunks import RawMessage, definitions, messages, require_few
+from station.recording.described import attachment_of
 from station.recording.index import read_index
 from station.recording.mcap_file import MAGIC
 from station.recording.places import places_of
-from station.recording.reader import attachment_of, class_of, message_of
+from station.recording.recorded import class_of, message_of
 from station.recording.room import BombError, Room
 from station.recording.walk import HEAD, Gap, Record, holds_nothing, walk
 

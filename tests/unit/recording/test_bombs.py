@@ -17,7 +17,7 @@ from shared import wire
 from shared.errors import UserError
 from shared.foxglove import Log
 from shared.messages import Heartbeat, Message, Sample
-from station.recording import chunks, mcap_file, reader
+from station.recording import chunks, file_reader, in_order, mcap_file
 from station.recording.chunks import DamageError, messages, unpack
 from station.recording.mcap_file import McapFile
 from station.recording.reader import open_recording
@@ -102,7 +102,7 @@ def test_chunks_that_all_overlap_in_time_are_held_only_as_far_as_memory_allows(
 ) -> None:
     recording = open_recording(_recorded(tmp_path / "a.mcap", same_time=True))
     assert len(list(recording.messages())) == 20
-    monkeypatch.setattr(reader, "MAX_HELD_BYTES", 2_000)
+    monkeypatch.setattr(in_order, "MAX_HELD_BYTES", 2_000)
     with pytest.raises(UserError, match="overlap in time"):
         list(recording.messages())
 
@@ -131,15 +131,15 @@ def test_a_small_file_that_would_be_a_large_one_is_refused_when_it_is_opened(tmp
 
 def test_more_samples_than_any_session_takes_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = _packed(tmp_path / "a.mcap", topic="session/sample", cls=Sample, payload=wire.encode(Sample(run=1)), count=9)
-    monkeypatch.setattr(reader, "MOST_SAMPLES", 9)
+    monkeypatch.setattr(file_reader, "MOST_SAMPLES", 9)
     assert len(open_recording(path).samples()) == 9
-    monkeypatch.setattr(reader, "MOST_SAMPLES", 8)
+    monkeypatch.setattr(file_reader, "MOST_SAMPLES", 8)
     with pytest.raises(UserError, match="at most 8 samples"):
         open_recording(path).samples()
 
 
 def test_the_limits_are_not_reached_by_our_own_recordings() -> None:
-    assert 100 * mcap_file.CHUNK_BYTES < reader.MAX_HELD_BYTES
+    assert 100 * mcap_file.CHUNK_BYTES < in_order.MAX_HELD_BYTES
     assert chunks.MAX_MESSAGES * 30 > 10 * mcap_file.CHUNK_BYTES
 
 

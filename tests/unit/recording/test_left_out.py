@@ -78,7 +78,7 @@ def test_messages_of_several_parts_are_counted_each(tmp_path: Path) -> None:
     assert found["session/sample"] == 2
 
 
-INDEXES = "station.recording.reader.batch_of"
+INDEXES = "station.recording.in_batches.batch_of"
 
 
 @pytest.mark.parametrize("indexed", [True, False])
