@@ -18,6 +18,7 @@ from mcap.summary import Summary
 from shared import wire
 from shared.errors import UserError
 from shared.messages import Sample
+from shared.visible import visible
 from station.recording.batches import Batch
 from station.recording.described import Described, attachments_at, metadata_at
 from station.recording.in_batches import in_batches
@@ -72,7 +73,8 @@ class RecordingReader(Told):
     def leave_out(self, topic: str, places: Iterable[int]) -> None:
         """Takes note, by their places, of payloads that are no message of their topic; the first of each is told."""
         if self._left_out.add(topic, [self.first_place + place for place in places]):
-            _LOG.warning("%s: /%s holds payloads that are no messages of it; they are left out", self.path, topic)
+            told = "%s: /%s holds payloads that are no messages of it; they are left out"
+            _LOG.warning(told, self.path, visible(topic))
 
     @property
     def malformed(self) -> dict[str, int]:
