@@ -42,7 +42,7 @@ class IndexedChunks:
         return tuple(sorted({index.compression for index in self._indexes}))
 
     def within(self, channels: Collection[int], low: int, high: int) -> list[ChunkIndex]:
-        """Those with messages of these channels and of log times from `low` to before `high`, by their first time."""
+        """The chunks with messages of these channels and with `low` ≤ log time < `high`, by their first time."""
         wanted = set(channels)
         return [
             index
