@@ -17,6 +17,7 @@ from shared.errors import UserError
 from station.recording.batches import Unpacked
 from station.recording.bounded import BROKEN, read_at
 from station.recording.chunks import RawMessage, messages, unpack
+from station.recording.places import Places, named
 
 
 def damaged(path: Path, what: str) -> UserError:
@@ -29,6 +30,7 @@ class IndexedChunks:
 
     def __init__(self, path: Path, summary: Summary) -> None:
         self.path = path
+        self._summary = summary
         self._indexes = summary.chunk_indexes
 
     @property
@@ -71,8 +73,9 @@ class IndexedChunks:
             UserError: if it is damaged.
         """
         records, behind = self._records(file, index), index.chunk_start_offset + index.chunk_length
+        room = self._places.next_after(index.chunk_start_offset) - behind
         try:
-            indexes = read_at(file, behind, index.message_index_length)
+            indexes = read_at(file, behind, min(index.message_index_length, room))
         except BROKEN as error:
             raise self.damage_at(index, error) from error
         return Unpacked(records, indexes, self._first_places[index.chunk_start_offset])
@@ -87,6 +90,10 @@ class IndexedChunks:
             return unpack(Chunk.read(ReadDataStream(content)))
         except BROKEN as error:
             raise self.damage_at(index, error) from error
+
+    @cached_property
+    def _places(self) -> Places:
+        return Places(named(self._summary), size=self.path.stat().st_size)
 
     @cached_property
     def _first_places(self) -> dict[int, int]:

@@ -18,6 +18,7 @@ from station.recording.indexed import damaged
 from station.recording.mcap_file import MAGIC
 from station.recording.parted import PartedReader, continued_in
 from station.recording.parts import number_of, part_path
+from station.recording.places import named
 from station.recording.writer import PARTIAL
 
 _LOG = logging.getLogger(__name__)
@@ -68,13 +69,14 @@ def open_file(path: Path) -> RecordingReader:
 
 def _require_bounded(file: BinaryIO, summary: Summary | None) -> None:
     """Refuses an index by which a small file would hold any amount: packed too well, or read again and again."""
-    indexes = [] if summary is None else sorted(summary.chunk_indexes, key=lambda index: index.chunk_start_offset)
-    require_unpacked_within(indexes, file_bytes=file.seek(0, 2))
+    if summary is None:
+        return
+    require_unpacked_within(summary.chunk_indexes, file_bytes=file.seek(0, 2))
     end = 0
-    for index in indexes:
-        if index.chunk_start_offset < end:
-            raise DamageError(f"its chunks overlap (at byte {index.chunk_start_offset})")
-        end = index.chunk_start_offset + index.chunk_length
+    for place in named(summary):
+        if place.offset < end:
+            raise DamageError(f"its records overlap (at byte {place.offset})")
+        end = place.offset + place.length
 
 
 def _check_ends(file: BinaryIO, path: Path) -> None:

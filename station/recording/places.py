@@ -45,8 +45,12 @@ class Places:
 
 def places_of(summary: Summary | None, *, size: int) -> Places:
     """The places that an index names; none without an index."""
-    named = [] if summary is None else chain(_message_indexes(summary), _chunks(summary), _described(summary))
-    return Places(named, size=size)
+    return Places([] if summary is None else chain(_message_indexes(summary), named(summary)), size=size)
+
+
+def named(summary: Summary) -> list[Place]:
+    """The chunks, attachments and metadata records that an index names, in the order of the file."""
+    return sorted(chain(_chunks(summary), _described(summary)), key=lambda place: place.offset)
 
 
 def _message_indexes(summary: Summary) -> Iterable[Place]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import tracemalloc
 import zlib
+from dataclasses import replace
 from pathlib import Path
 
 import lz4.frame
@@ -93,7 +94,7 @@ def _recorded(path: Path, *, same_time: bool = False, overlap: bool = False) -> 
 
 
 def test_an_index_that_names_the_same_bytes_again_and_again_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="its chunks overlap"):
+    with pytest.raises(UserError, match="its records overlap"):
         open_recording(_recorded(tmp_path / "a.mcap", overlap=True))
 
 
@@ -169,3 +170,44 @@ def test_a_repair_unpacks_no_more_than_a_reader_does(tmp_path: Path) -> None:
     assert "1 chunks that claim to hold far more" in done.sentence
     assert open_recording(done.path).message_count == 1
     assert open_recording(done.path).metadata["repair"]["bombs"] == "1"
+
+
+@pytest.mark.parametrize("kind", ["metadata", "attachment"])
+def test_an_index_that_names_a_record_again_and_again_is_refused(tmp_path: Path, kind: str) -> None:
+    """A metadata record of a megabyte under fifteen hundred names took 1.5 GB."""
+    path = tmp_path / "a.mcap"
+    with path.open("wb") as stream:
+        file = McapFile(stream, library="test")
+        channel = file.register_channel("/session/heartbeat", schema_id=file.register_schema("repose.Heartbeat", b""))
+        file.add_message(channel, log_ns=1, publish_ns=1, sequence=0, payload=b"")
+        if kind == "metadata":
+            file.add_metadata("a", {"text": "x" * 1000})
+            file._metadata_indexes.append(replace(file._metadata_indexes[0], name="b"))  # pyright: ignore[reportPrivateUsage]
+        else:
+            file.add_attachment("a", b"x" * 1000, media_type="", stamp_ns=1)
+            file._attachment_indexes.append(file._attachment_indexes[0])  # pyright: ignore[reportPrivateUsage]
+        file.finish()
+    with pytest.raises(UserError, match="its records overlap"):
+        open_recording(path)
+
+
+def test_message_indexes_that_claim_any_length_are_read_no_further_than_to_the_next_chunk(tmp_path: Path) -> None:
+    """Each of 2500 chunks held the rest of a file of a megabyte, together 2.2 GB."""
+    path = tmp_path / "a.mcap"
+    with path.open("wb") as stream:
+        file = McapFile(stream, library="test", chunk_bytes=1)
+        schema = file.register_schema(wire.schema_name(Sample), wire.schema(Sample))
+        channel = file.register_channel("/session/sample", schema_id=schema)
+        for run in range(400):
+            file.add_message(channel, log_ns=1, publish_ns=1, sequence=0, payload=wire.encode(Sample(run=run)))
+        indexes = file._chunk_indexes  # pyright: ignore[reportPrivateUsage]: as a forger would write them
+        indexes[:] = [replace(index, message_index_length=2**40) for index in indexes]
+        file.add_attachment("a", bytes(2**20), media_type="", stamp_ns=1)
+        file.finish()
+    reader = open_recording(path)
+    tracemalloc.start()
+    try:
+        assert [sample.run for sample in reader.samples()] == [*range(400)]
+        assert tracemalloc.get_traced_memory()[1] < 2**24
+    finally:
+        tracemalloc.stop()
