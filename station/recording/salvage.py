@@ -17,7 +17,7 @@ from shared.errors import UserError
 from station.recording.bounded import BROKEN
 from station.recording.chunks import RawMessage, definitions, messages, require_few
 from station.recording.described import attachment_of
-from station.recording.index import read_index
+from station.recording.index import has_checksum, read_index
 from station.recording.mcap_file import MAGIC
 from station.recording.places import places_of
 from station.recording.recorded import class_of, message_of
@@ -86,12 +86,13 @@ class Salvage:
 
     def _read_records(self, file: BinaryIO, summary: Summary | None) -> Iterator[Block | Attachment | Metadata]:
         size, room = file.seek(0, 2), Room(file.seek(0, 2))
-        for record in walk(file, places_of(summary, size=size)):
+        sure = summary if summary is not None and has_checksum(file) else None
+        for record in walk(file, places_of(sure, size=size)):
             if isinstance(record, Gap):
                 self._take_note(record)
                 continue
             try:
-                item = self._item(record, room, indexed=summary is not None)
+                item = self._item(record, room, indexed=sure is not None)
             except BombError:
                 self.findings.bombs += 1
             except BROKEN:

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from mcap.opcode import Opcode
 
+from station.recording.mcap_file import MAGIC
 from station.recording.places import places_of
 from station.recording.reader import RecordingReader, open_recording
 from station.recording.repair import Repaired, repair
@@ -96,3 +97,15 @@ def test_a_record_of_an_unknown_kind_is_told(whole: Path, tmp_path: Path, kind: 
     done = repaired(bytes(content), tmp_path, partial=True)
     assert "1 records of an unknown kind" in done.sentence
     assert open_recording(done.path).metadata["repair"]["unknown_records"] == "1"
+
+
+def test_an_index_without_a_checksum_costs_nothing_that_can_be_read_without_it(whole: Path, tmp_path: Path) -> None:
+    """Other writers leave it out: then a changed place in the index is as likely as a changed head."""
+    content = bytearray(whole.read_bytes())
+    content[-len(MAGIC) - 4 : -len(MAGIC)] = bytes(4)
+    first = open_recording(whole).summary.chunk_indexes[0].chunk_start_offset
+    start = int.from_bytes(content[-len(MAGIC) - 20 : -len(MAGIC) - 12], "little")
+    content[content.index(first.to_bytes(8, "little"), start)] ^= 1
+    done = repaired(bytes(content), tmp_path, partial=False)
+    assert contents(open_recording(done.path)) == contents(open_recording(whole))
+    assert done.sentence.endswith("lost: nothing")
