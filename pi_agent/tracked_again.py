@@ -6,9 +6,6 @@ picture is a stranger's: its size is read from its header, and one that is not t
 
 from __future__ import annotations
 
-import struct
-
-import cv2
 import numpy as np
 
 from pi_agent.calibration.model import Calibration, nominal
@@ -17,14 +14,8 @@ from pi_agent.observer import Observer
 from pi_agent.tracking.tone import LINEAR, TONE_CURVES
 from shared.config import parse, table_of
 from shared.messages import MarkerCorners
+from shared.pictures import size_px, unpacked
 from shared.rig import RigConfig
-
-_FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
-"""JPEG's markers before the size of the picture: start of frame, of whichever coding."""
-MOST_PIXELS = 100_000_000
-"""No camera of a rig has more; the rig file is a stranger's, too."""
-_ALONE = {0x01, *range(0xD0, 0xDA)}
-"""JPEG's markers without a length."""
 
 
 class PictureTracker:
@@ -48,9 +39,9 @@ class PictureTracker:
         Only the capture time, the exposure and the times of the rows are taken from `like`.
         """
         size = (self._rig.camera.width_px, self._rig.camera.height_px)
-        if jpeg_size(picture) != size or size[0] * size[1] > MOST_PIXELS:
+        if size_px(picture) != size:
             return None
-        image = cv2.imdecode(np.frombuffer(picture, dtype=np.uint8), cv2.IMREAD_GRAYSCALE)
+        image = unpacked(picture)
         if image is None or image.shape != size[::-1]:
             return None
         if self._observer is None or like.capture_ns <= self._capture_ns:
@@ -86,15 +77,3 @@ def _line_ns(like: MarkerCorners) -> float:
     rows, times = rows - rows.mean(), times - times.mean()
     spread = float(rows @ rows)
     return max(0.0, float(rows @ times) / spread) if spread > 0 else 0.0
-
-
-def jpeg_size(data: bytes) -> tuple[int, int] | None:
-    """Width and height from the header of a JPEG, without unpacking it; None if it is none."""
-    position = 2
-    while data[:2] == b"\xff\xd8" and position + 9 <= len(data) and data[position] == 0xFF:
-        marker = data[position + 1]
-        if marker in _FRAMES:
-            height, width = struct.unpack_from(">HH", data, position + 5)
-            return width, height
-        position += 2 if marker in _ALONE else 2 + struct.unpack_from(">H", data, position + 2)[0]
-    return None

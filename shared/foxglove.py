@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from shared.messages import Floats, Message
+from shared.pictures import too_large
 from shared.possible import counted, finite
 
 
@@ -89,6 +90,10 @@ class CompressedImage(FoxgloveMessage):
     frame_id: str = numbered(4, "")
     data: bytes = numbered(2, b"")
     format: str = numbered(3, "jpeg")
+
+    def impossible(self) -> str:
+        """See `Message.impossible`."""
+        return too_large(self.data)
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,7 @@ from pi_agent.cameras import CameraContext, CameraInfo, Frame, Image
 from pi_agent.tracking.tone import TONE_CURVES
 from shared.config import parse
 from shared.errors import UserError
+from shared.pictures import too_large, unpacked_of_any_kind
 
 PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm")
 
@@ -146,7 +147,10 @@ def quieten_decoders() -> None:
 
 
 def _picture(file: Path) -> Image:
-    image = cv2.imread(str(file), cv2.IMREAD_GRAYSCALE)
+    data = file.read_bytes() if file.is_file() else b""
+    if wrong := too_large(data):
+        raise UserError(f"Expected a picture of a camera at {file}, got {wrong}; make it smaller")
+    image = unpacked_of_any_kind(data)
     if image is None:
         raise UserError(f"Expected a picture at {file}, got a file that OpenCV cannot read as one")
     return np.asarray(image, dtype=np.uint8)

@@ -21,6 +21,7 @@ from pi_agent.tracking.tone import TONE_CURVES
 from pi_agent.tracking.tracker import Tracker
 from shared.errors import UserError
 from shared.messages import MarkerCorners
+from shared.pictures import too_large, unpacked_of_any_kind
 
 Frame = NDArray[np.uint8]
 
@@ -166,8 +167,10 @@ def _shots(path: Path, rate_hz: float | None) -> Iterator[Shot]:
 
 
 def _picture(path: Path) -> Frame:
-    data = np.frombuffer(path.read_bytes(), dtype=np.uint8)
-    picture = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE) if len(data) else None
+    data = path.read_bytes()
+    if wrong := too_large(data):
+        raise UserError(f"{path}: expected a picture of a camera, but it is {wrong}; make it smaller")
+    picture = unpacked_of_any_kind(data)
     if picture is None:
         raise UserError(f"{path}: expected a picture, but it cannot be decoded; it is empty, cut off or something else")
     return _large_enough(path, np.asarray(picture, dtype=np.uint8))

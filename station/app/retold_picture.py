@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import cv2
-import numpy as np
-
 from shared import frames
 from shared.foxglove import CameraCalibration, CompressedImage
 from shared.messages import CameraGeometry, MarkerCorners, Message
+from shared.pictures import unpacked
 from station.recording.reader import Recorded
 
 IMAGE, OVERLAY = "camera/image", "camera/image/overlay"
@@ -55,5 +53,5 @@ class RetoldPicture:
 
 
 def _is_blank(image: CompressedImage) -> bool:
-    shown = cv2.imdecode(np.frombuffer(image.data, dtype=np.uint8), cv2.IMREAD_GRAYSCALE)
+    shown = unpacked(image.data)
     return shown is not None and int(shown.min()) == int(shown.max())

@@ -7,7 +7,7 @@ consistently, pictures included, is found out by no derivation; only a signature
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
@@ -65,6 +65,8 @@ class Verification:
     sha256: str
     parts: tuple[Part, ...]
     signature: Signature | None
+    left_out: dict[str, int] = field(default_factory=dict[str, int])
+    """Payloads by topic that are no message of it."""
 
     @property
     def first(self) -> Mismatch | None:
@@ -92,6 +94,7 @@ class Verification:
             "parts": parts,
             "first_difference": first,
             "signature": signature,
+            "left_out": self.left_out,
         }
 
 
@@ -104,7 +107,8 @@ def verify(path: Path, *, keys: Path | None = None) -> Verification:
     sha256, reader = file_sha256(path), open_recording(path)
     derived = (_corners(reader), *_decisions(reader))
     # Messages that are none are known once all is read.
-    return Verification(path, sha256, (_content(reader), *derived), _signature(path, sha256, keys))
+    parts = (_content(reader), *derived)
+    return Verification(path, sha256, parts, _signature(path, sha256, keys), dict(reader.malformed))
 
 
 def _signature(path: Path, sha256: str, keys: Path | None) -> Signature | None:
@@ -123,9 +127,14 @@ def _content(reader: RecordingReader) -> Part:
     attached, changed = len(reader.attachments), reader.changed_metadata
     if changed:
         what = f"metadata {', '.join(repr(name) for name in changed)} is not as it was written"
-        return Part("content", "different", count, what, Mismatch("metadata", reader.start_ns, changed[0], "", ""))
+        where = Mismatch("metadata", reader.start_ns, changed[0], "", "")
+        return Part("content", "different", count, _with_left_out(what, reader), where)
     told = f"{count} messages and {attached} attached files match their checksums"
-    return Part("content", "identical", count, f"{told}. {left_out(reader.malformed)}".removesuffix(". "))
+    return Part("content", "identical", count, _with_left_out(told, reader))
+
+
+def _with_left_out(told: str, reader: RecordingReader) -> str:
+    return f"{told}. {left_out(reader.malformed)}".removesuffix(". ")
 
 
 def _corners(reader: RecordingReader) -> Part:

@@ -44,6 +44,11 @@ def read_at(file: BinaryIO, offset: int, length: int, *, most: int = MAX_CHUNK_B
     return file.read(there)
 
 
+def most_unpacked(file_bytes: int) -> int:
+    """The size of what a file of this size may hold when it is unpacked."""
+    return max(ALWAYS_UNPACKED_BYTES, MOST_TIMES_LARGER * file_bytes)
+
+
 def require_unpacked_within(indexes: Iterable[ChunkIndex], *, file_bytes: int) -> None:
     """Refuses a small file that would be a large one.
 
@@ -51,7 +56,7 @@ def require_unpacked_within(indexes: Iterable[ChunkIndex], *, file_bytes: int) -
         DamageError: if its chunks claim to hold far more than compressed measurements do.
     """
     held = sum(index.uncompressed_size for index in indexes)
-    most = max(ALWAYS_UNPACKED_BYTES, MOST_TIMES_LARGER * file_bytes)
+    most = most_unpacked(file_bytes)
     if held > most:
         raise DamageError(
             f"expected at most {most / 1e6:.0f} MB packed in {file_bytes} bytes, it claims {held / 1e6:.0f} MB"

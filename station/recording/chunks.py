@@ -76,8 +76,7 @@ def messages(records: bytes, *, wanted: Container[int] | None = None, first_plac
     """The messages of the wanted channels (None: of all), in the order of the file; places count from `first_place`."""
     found: list[RawMessage] = []
     position, end = 0, len(records)
-    if end > MAX_MESSAGES * (_RECORD.size + _MESSAGE.size) and _count(records) > MAX_MESSAGES:
-        raise DamageError(f"a chunk holds more than {MAX_MESSAGES} messages")
+    require_few(records)
     try:
         while position < end:
             opcode, length = _RECORD.unpack_from(records, position)
@@ -95,10 +94,20 @@ def messages(records: bytes, *, wanted: Container[int] | None = None, first_plac
     return found
 
 
+def require_few(records: bytes) -> None:
+    """Refuses a chunk of which the records would take far more memory than its bytes.
+
+    Raises:
+        DamageError: if it holds more records than any writer puts into one.
+    """
+    if len(records) > MAX_MESSAGES * (_RECORD.size + _MESSAGE.size) and _count(records) > MAX_MESSAGES:
+        raise DamageError(f"a chunk holds more than {MAX_MESSAGES} messages")
+
+
 def _count(records: bytes) -> int:
-    """Counts the records of a chunk, as far as they fit together."""
+    """Counts the records of a chunk, as far as they fit together; no further than to one more than there may be."""
     position, count = 0, 0
-    while position + _RECORD.size <= len(records):
+    while position + _RECORD.size <= len(records) and count <= MAX_MESSAGES:
         position += _RECORD.size + _RECORD.unpack_from(records, position)[1]
         count += 1
     return count

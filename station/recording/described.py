@@ -1,20 +1,25 @@
-"""Reads the metadata records of a recording, and tells which are not as they were written.
+"""Reads what describes a recording: its attached files, and its metadata, of which it tells what was changed.
 
-MCAP has a checksum for the index, which names these records, and none for the records themselves: ours carry their own.
+MCAP has a checksum for the index, which names these records, and one for each attachment, but none for metadata: ours
+carry their own.
 """
 
 from __future__ import annotations
 
 import io
+import struct
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import BinaryIO
+from pathlib import Path
 
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Metadata, MetadataIndex
+from mcap.records import Attachment, AttachmentIndex, Metadata, MetadataIndex
 
-from station.recording.bounded import read_at
+from station.recording.bounded import BROKEN, read_at
+from station.recording.chunks import DamageError
+from station.recording.indexed import damaged
 from station.recording.provenance import CHECKSUM, is_intact
 
 Values = dict[str, str]
@@ -37,15 +42,52 @@ class Found:
     whole: bool
 
 
-def record_at(file: BinaryIO, index: MetadataIndex) -> Found:
-    """The record that an index points at.
+def metadata_at(path: Path, indexes: Sequence[MetadataIndex]) -> Described:
+    """The metadata records that an index names.
 
     Raises:
-        errors in `BROKEN`: if there is none.
+        UserError: if one cannot be read.
     """
-    content = read_at(file, index.offset, index.length)
-    record = Metadata.read(ReadDataStream(io.BytesIO(content[9:])))
-    head = bytes([Opcode.METADATA]) + (index.length - 9).to_bytes(8, "little")
+    return described([_record_at(path, index) for index in indexes])
+
+
+def attachments_at(path: Path, indexes: Sequence[AttachmentIndex]) -> dict[str, bytes]:
+    """The attached files that an index names, by name.
+
+    Raises:
+        UserError: if one is damaged.
+    """
+    found: dict[str, bytes] = {}
+    with path.open("rb") as file:
+        for index in indexes:
+            try:
+                record = attachment_of(read_at(file, index.offset, index.length)[9:])
+            except BROKEN as error:
+                raise damaged(path, f"attachment '{index.name}' ({error})") from error
+            found[record.name] = record.data
+    return found
+
+
+def attachment_of(content: bytes) -> Attachment:
+    """The attachment in a record's content; its CRC, which the library skips, is checked.
+
+    Raises:
+        DamageError: if it is wrong.
+    """
+    (crc,) = struct.unpack("<I", content[-4:])
+    if crc and zlib.crc32(content[:-4]) != crc:
+        raise DamageError("its checksum (CRC) is wrong")
+    return Attachment.read(ReadDataStream(io.BytesIO(content)))
+
+
+def _record_at(path: Path, index: MetadataIndex) -> Found:
+    try:
+        with path.open("rb") as file:
+            content = read_at(file, index.offset, index.length)
+        record = Metadata.read(ReadDataStream(io.BytesIO(content[9:])))
+        head = bytes([Opcode.METADATA]) + (index.length - 9).to_bytes(8, "little")
+    except BROKEN as error:
+        raise damaged(path, f"metadata '{index.name}' ({error})") from error
     return Found(index.name, record.metadata, whole=content[:9] == head and record.name == index.name)
 
 

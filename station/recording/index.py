@@ -41,6 +41,12 @@ def read_index(file: BinaryIO) -> Summary | None:
     return _summary(read_at(file, start, end + len(MAGIC) - start, most=MAX_INDEX_BYTES))
 
 
+def has_checksum(file: BinaryIO) -> bool:
+    """True if chance cannot have changed the index of a finished file unnoticed."""
+    end = file.seek(0, 2) - len(MAGIC)
+    return any(read_at(file, end - 4, 4))
+
+
 def _checksum(file: BinaryIO, start: int, end: int) -> int:
     """The CRC of a stretch of the file, which a damaged footer may make as long as the file is."""
     found = 0

@@ -1,8 +1,27 @@
-"""Words on payloads that are no message of their topic: every reader leaves them out, and says how many they were."""
+"""Counts payloads that are no message of their topic: every reader leaves them out, and says how many they were."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+
+
+class LeftOut:
+    """The places of such payloads by topic: however often one is read, it is counted once."""
+
+    def __init__(self) -> None:
+        self._found: dict[str, set[int]] = {}
+
+    def add(self, topic: str, places: Iterable[int]) -> bool:
+        """Takes note of them; True for the first ones of their topic."""
+        known = self._found.setdefault(topic, set())
+        before = len(known)
+        known.update(places)
+        return bool(known) and not before
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """The numbers of them by topic."""
+        return {topic: len(found) for topic, found in self._found.items() if found}
 
 
 def counted(malformed: Mapping[str, int]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -27,12 +28,13 @@ def read_parquet(path: Path) -> Any:
     with pq.ParquetFile(path) as file:
         _require_within(path, file.metadata)
         texts = [leaf.path for leaf in map(file.schema.column, range(len(file.schema))) if _is_text(leaf)]
+        kinds = file.schema_arrow
     with pq.ParquetFile(path, read_dictionary=texts) as file:
         packed = file.read()
-    written_out = sum(_text_bytes(chunk) for column in packed.columns for chunk in column.chunks)
+    chunks = [chunk for column in packed.columns for chunk in column.chunks]
+    written_out = sum(_text_bytes(leaf) for chunk in chunks for leaf in _leaves(chunk))
     _refuse(path, "MB of text", written_out / 1e6, MOST_BYTES / 1e6)
-    with pq.ParquetFile(path) as file:
-        return file.read()
+    return _written_out(packed, kinds)
 
 
 def _require_within(path: Path, metadata: Any) -> None:
@@ -52,14 +54,42 @@ def _is_text(leaf: Any) -> bool:
     return leaf.physical_type == "BYTE_ARRAY"
 
 
+def _leaves(array: Any) -> Iterator[Any]:
+    """The arrays of which an array of lists, records and maps consists; an array of single values is its own."""
+    import pyarrow as pa  # noqa: PLC0415  # as above
+
+    kind = array.type
+    if pa.types.is_map(kind):
+        parts = [array.keys, array.items]
+    elif pa.types.is_struct(kind):
+        parts = array.flatten()
+    elif pa.types.is_nested(kind):
+        parts = [array.flatten()]
+    else:
+        yield array
+        return
+    for part in parts:
+        yield from _leaves(part)
+
+
 def _text_bytes(array: Any) -> int:
-    """The size of the texts in an array, or in its lists, if each is written out."""
+    """The size of the texts in an array, if each is written out."""
     import pyarrow as pa  # noqa: PLC0415  # as above
     import pyarrow.compute as pc  # noqa: PLC0415
 
-    while pa.types.is_list(array.type) or pa.types.is_large_list(array.type):
-        array = array.flatten()
     if not pa.types.is_dictionary(array.type):
         return array.nbytes
     lengths = pc.call_function("binary_length", [array.dictionary]).cast("int64")
     return pc.call_function("sum", [lengths.take(array.indices)]).as_py() or 0
+
+
+def _written_out(packed: Any, kinds: Any) -> Any:
+    """The table with the kinds of columns that its file has; a kind that texts cannot be written as stays packed."""
+    import pyarrow as pa  # noqa: PLC0415  # as above
+
+    for number, kind in enumerate(kinds):
+        try:
+            packed = packed.set_column(number, kind, packed.column(number).cast(kind.type))
+        except pa.ArrowNotImplementedError:  # views of texts are such a kind
+            continue
+    return packed

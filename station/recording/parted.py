@@ -12,8 +12,10 @@ from operator import attrgetter
 from shared.errors import UserError
 from station.recording.batches import Batch
 from station.recording.chunks import HELD_BYTES
+from station.recording.file_reader import RecordingReader
+from station.recording.in_order import MAX_HELD_BYTES
 from station.recording.parts import BEFORE, CONTINUED, METADATA, NUMBER
-from station.recording.reader import MAX_HELD_BYTES, Recorded, RecordingReader, TopicInfo
+from station.recording.recorded import Recorded, TopicInfo
 
 
 class PartedReader(RecordingReader):

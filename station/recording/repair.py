@@ -30,14 +30,15 @@ class Repaired:
     def sentence(self) -> str:
         """One line for the log."""
         found = self.findings
-        lost = []
-        if found.lost_bytes:
-            lost.append(f"{found.lost_bytes} bytes of an unfinished record at the end")
-        if found.bad_records:
-            lost.append(f"{found.bad_records} damaged records")
-        if found.unknown_messages:
-            lost.append(f"{found.unknown_messages} messages whose topic was defined in a damaged record")
-        said = f"{self.path}: {found.messages} messages saved; lost: {', '.join(lost) or 'nothing'}"
+        counts = {
+            "bytes of an unfinished record at the end": found.lost_bytes,
+            "damaged records": found.bad_records,
+            "records of an unknown kind": found.unknown_records,
+            "chunks that claim to hold far more than measurements packed in such a file": found.bombs,
+            "messages whose topic was defined in a damaged record": found.unknown_messages,
+        }
+        lost = ", ".join(f"{count} {what}" for what, count in counts.items() if count)
+        said = f"{self.path}: {found.messages} messages saved; lost: {lost or 'nothing'}"
         if not found.malformed:
             return said
         return f"{said}; saved as they are, but left out by every reader: {counted(found.malformed)}"
@@ -157,6 +158,8 @@ def _note(name: str, findings: Findings) -> dict[str, str]:
         "from": name,
         "messages": str(findings.messages),
         "bad_records": str(findings.bad_records),
+        "unknown_records": str(findings.unknown_records),
+        "bombs": str(findings.bombs),
         "unknown_messages": str(findings.unknown_messages),
         "malformed": str(sum(findings.malformed.values())),
         "lost_bytes": str(findings.lost_bytes),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,15 +11,18 @@ from typing import BinaryIO
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
+from mcap.summary import Summary
 
 from shared.errors import UserError
 from station.recording.bounded import BROKEN
-from station.recording.chunks import MAX_CHUNK_BYTES, RawMessage, definitions, messages, unpack
-from station.recording.index import read_index
+from station.recording.chunks import RawMessage, definitions, messages, require_few
+from station.recording.described import attachment_of
+from station.recording.index import has_checksum, read_index
 from station.recording.mcap_file import MAGIC
-from station.recording.reader import attachment_of, class_of, message_of
-
-_HEADER = struct.Struct("<BQ")
+from station.recording.places import places_of
+from station.recording.recorded import class_of, message_of
+from station.recording.room import BombError, Room
+from station.recording.walk import HEAD, Gap, Record, holds_nothing, walk
 
 
 @dataclass(slots=True)
@@ -29,6 +31,10 @@ class Findings:
 
     messages: int = 0
     bad_records: int = 0
+    unknown_records: int = 0
+    """Records of a kind that the format does not have there: the mark of their kind is damaged, or they are foreign."""
+    bombs: int = 0
+    """Chunks that would make more of the file than measurements can be packed into it."""
     unknown_messages: int = 0
     """Messages whose topic was defined in a part that cannot be read."""
     malformed: dict[str, int] = field(default_factory=dict[str, int])
@@ -63,61 +69,67 @@ class Salvage:
             with self.path.open("rb") as file:
                 if file.read(len(MAGIC)) != MAGIC:
                     raise UserError(f"Expected a recording (MCAP), but {self.path} is empty or another kind of file")
-                self._learn_from_summary(file)
-                yield from self._read_records(file)
+                summary = self._index(file)
+                if summary is not None:
+                    # It names the topics once more: good to know if the chunk that did is damaged.
+                    self._learn([*summary.schemas.values()], [*summary.channels.values()])
+                yield from self._read_records(file, summary)
         except OSError as error:
             raise UserError(f"Expected a recording at {self.path}, but it cannot be read: {error.strerror}") from error
 
-    def _learn_from_summary(self, file: BinaryIO) -> None:
-        """A finished file names its topics once more at its end: good to know if the chunk that did is damaged."""
+    def _index(self, file: BinaryIO) -> Summary | None:
+        """The index of a finished file, if it can be read."""
         try:
-            summary = read_index(file)
+            return read_index(file)
         except (*BROKEN, OSError):  # OSError: shorter than a footer, so that seeking back fails
-            return
-        if summary is not None:
-            self._learn([*summary.schemas.values()], [*summary.channels.values()])
+            return None
 
-    def _read_records(self, file: BinaryIO) -> Iterator[Block | Attachment | Metadata]:
-        size = file.seek(0, 2)
-        position = len(MAGIC)
-        while position + _HEADER.size <= size:
-            file.seek(position)
-            opcode, length = _HEADER.unpack(file.read(_HEADER.size))
-            if length > size - position - _HEADER.size or length > MAX_CHUNK_BYTES:
-                break
-            if opcode == Opcode.DATA_END:
-                return
-            content = file.read(length)
-            position += _HEADER.size + length
+    def _read_records(self, file: BinaryIO, summary: Summary | None) -> Iterator[Block | Attachment | Metadata]:
+        size, room = file.seek(0, 2), Room(file.seek(0, 2))
+        sure = summary if summary is not None and has_checksum(file) else None
+        for record in walk(file, places_of(sure, size=size)):
+            if isinstance(record, Gap):
+                self._take_note(record)
+                continue
             try:
-                item = self._item(opcode, content)
+                item = self._item(record, room, indexed=sure is not None)
+            except BombError:
+                self.findings.bombs += 1
             except BROKEN:
                 self.findings.bad_records += 1
-                continue
-            if item is not None:
-                yield item
-        self.findings.lost_bytes = size - position
+            else:
+                if item is not None:
+                    yield item
 
-    def _item(self, opcode: int, content: bytes) -> Block | Attachment | Metadata | None:
-        if opcode == Opcode.CHUNK:
-            records = unpack(Chunk.read(ReadDataStream(io.BytesIO(content))))
-            self._learn(*definitions(records))
-            return self._block(messages(records))
-        if opcode == Opcode.ATTACHMENT:
+    def _take_note(self, gap: Gap) -> None:
+        if gap.last:
+            self.findings.lost_bytes += gap.length
+        else:
+            self.findings.bad_records += 1
+
+    def _item(self, record: Record, room: Room, *, indexed: bool) -> Block | Attachment | Metadata | None:
+        content = record.content
+        if record.opcode == Opcode.CHUNK:
+            return self._block(room.unpacked(Chunk.read(ReadDataStream(io.BytesIO(content)))))
+        if record.opcode == Opcode.ATTACHMENT:
             return attachment_of(content)
-        if opcode == Opcode.METADATA:
-            return Metadata.read(ReadDataStream(io.BytesIO(content)))
-        if opcode in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE):  # outside of chunks
-            record = _HEADER.pack(opcode, len(content)) + content
-            self._learn(*definitions(record))
-            return self._block(messages(record))
+        if record.opcode == Opcode.METADATA:
+            read = Metadata.read(ReadDataStream(io.BytesIO(content)))
+            return Metadata(name=record.name or read.name, metadata=read.metadata)
+        if record.opcode in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE):  # outside of chunks
+            return self._block(HEAD.pack(record.opcode, len(content)) + content)
+        if not holds_nothing(record, indexed=indexed):
+            self.findings.unknown_records += 1
         return None
 
     def _learn(self, schemas: list[Schema], channels: list[Channel]) -> None:
         self.schemas.update({schema.id: schema for schema in schemas})
         self.channels.update({channel.id: channel for channel in channels})
 
-    def _block(self, found: list[RawMessage]) -> Block | None:
+    def _block(self, records: bytes) -> Block | None:
+        require_few(records)
+        self._learn(*definitions(records))
+        found = messages(records)
         known = tuple(message for message in found if self._is_known(message.channel_id))
         self.findings.messages += len(known)
         self.findings.unknown_messages += len(found) - len(known)

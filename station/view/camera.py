@@ -12,6 +12,7 @@ from shared import frames
 from shared.foxglove import CameraCalibration, CompressedImage
 from shared.geometry import Array, quaternion_from_matrix
 from shared.messages import CameraGeometry, MarkerCorners, RunEvent, Sample
+from shared.pictures import size_px
 from station.view import colours, entities
 from station.view.canvas import Canvas, Cap
 from station.view.part import Handler, Rates
@@ -54,8 +55,8 @@ class CameraPart:
         }
 
     def _on_image(self, image: CompressedImage) -> None:
-        if not self._images.due(self._canvas.now_ns):
-            return
+        if size_px(image.data) is None or not self._images.due(self._canvas.now_ns):
+            return  # the viewer would unpack whatever else it knows, of any size
         media_type = f"image/{image.format.replace('jpg', 'jpeg')}"
         self._canvas.log(entities.IMAGE, rr.EncodedImage(contents=image.data, media_type=media_type))
         self._shown_ns, self._waiting_ns = self._canvas.now_ns, image.timestamp.ns

@@ -19,6 +19,7 @@ from shared.errors import UserError
 from station.recording.mcap_file import MAGIC, McapFile
 from station.recording.salvage import Block, Salvage
 from tests.fuzz.change import INTEGERS, TEXTS, of_bytes, of_text
+from tests.fuzz.forged_index import forge
 from tests.fuzz.targets.bus import changed
 
 
@@ -219,6 +220,8 @@ def written(random: Random, content: Content) -> bytes:
         file.add_message(
             channels[way], log_ns=line.log_ns, publish_ns=line.publish_ns, sequence=0, payload=line.payload
         )
+    if random.random() < 0.2:
+        forge(random, file)
     file.finish()
     data = stream.getvalue()
     return with_odd_index(random, data) if random.random() < 0.15 else data

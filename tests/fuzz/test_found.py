@@ -16,11 +16,12 @@ import pytest
 from cryptography import x509
 from cryptography.hazmat.primitives.serialization import Encoding
 
+from shared import wire
 from shared.bus_keys import members_in
 from shared.clock import SIMULATION_EPOCH_NS
 from shared.errors import UserError
 from shared.geometry import tilt_of
-from shared.messages import RunEvent
+from shared.messages import RunEvent, Sample
 from shared.rig import load_rig
 from shared.visible import LONGEST, sentence, visible
 from station.__main__ import main
@@ -62,6 +63,25 @@ def test_a_recording_does_not_command_the_terminal(
     told = capsys.readouterr()
     assert "\x1b" not in told.out + told.err
     assert command != "doctor" or "␛[2J" in told.out
+
+
+@pytest.mark.parametrize("words", [["repair"], ["repair", "folder"], ["samples", "--digest"], ["doctor"]])
+def test_the_name_of_a_topic_does_not_command_the_terminal(
+    tmp_path: Path, words: list[str], capsys: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
+) -> None:
+    """Its payload is none, so its name is told: in what is printed, and in the warning, which comes once a topic."""
+    path = tmp_path / ("a.mcap.partial" if words[0] == "repair" else "a.mcap")
+    with path.open("wb") as stream:
+        file = McapFile(stream, library="test")
+        schema = file.register_schema(wire.schema_name(Sample), wire.schema(Sample))
+        channel = file.register_channel(f"/{CLEAR}", schema_id=schema)
+        file.add_message(channel, log_ns=1, publish_ns=1, sequence=0, payload=b"\xff" * 9)
+        file.finish()
+    given = str(tmp_path if "folder" in words else path)
+    main([words[0], given, *(word for word in words[1:] if word.startswith("-"))])
+    told = capsys.readouterr().out + caplog.text
+    assert "\x1b" not in told
+    assert "␛[2J" in told
 
 
 def test_control_characters_are_shown_and_long_sentences_lose_their_middle() -> None:
@@ -209,7 +229,7 @@ def _unreadable(certificate: bytes) -> Iterator[str]:
     """Certificates with one bit changed: one of a version that there is not, and one whose name cannot be read."""
     der = x509.load_pem_x509_certificate(certificate).public_bytes(Encoding.DER)
     version = der.index(bytes([0xA0, 3, 2, 1, 2])) + 4
-    name = der.index(bytes([0x0C]), version)  # the mark of a text
+    name = der.index(bytes([0x55, 4, 3, 0x0C]), version) + 3  # the mark of the text in a common name
     for place, bit in ((version, 0x40), (name, 0x02)):
         changed = der[:place] + bytes([der[place] ^ bit]) + der[place + 1 :]
         yield f"-----BEGIN CERTIFICATE-----\n{base64.encodebytes(changed).decode()}-----END CERTIFICATE-----\n"

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from shared.errors import UserError
+from shared.visible import sentence
 from station.recording.repair import repair, repair_folder
 
 NAME = "repair"
@@ -22,13 +23,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Repairs and says what was saved and what was lost."""
     if not args.path.is_dir():
-        print(repair(args.path, out=args.out).sentence)
+        print(sentence(repair(args.path, out=args.out).sentence))
         return 0
     if args.out is not None:
         raise UserError(f"Expected --out with a single file, got it with the folder {args.path}")
     done = repair_folder(args.path)
     for repaired in done:
-        print(repaired.sentence)
+        print(sentence(repaired.sentence))
     if not done:
         print(f"Nothing to repair in {args.path}: no partial recording that can be read and is not being written.")
     return 0

@@ -50,14 +50,17 @@ def sampling(*, out: Path | None, with_digest: bool) -> Command:
         name="samples",
         work=partial(sampled, dataset=kept, with_digest=with_digest),
         asked=asked,
-        shown=Shown(columns=("rig", "session", "seed", "runs", "kept"), cells=_cells),
+        shown=Shown(columns=("rig", "session", "seed", "runs", "kept", "left out"), cells=_cells),
     )
 
 
 def sampled(path: Path, name: str, *, dataset: Kept | None, with_digest: bool) -> Result:
-    """A recording's samples: where they come from, how many there are, and the file that now holds them."""
+    """A recording's samples: where they come from, how many there are, and the file that now holds them.
+
+    `left_out` are payloads by topic that stand in the place of samples and are none.
+    """
     reader = open_recording(path) if path.name.endswith((".mcap", ".mcap.partial")) else None
-    samples, content = read_samples(path), digest_of(path)
+    samples, content = reader.samples() if reader else read_samples(path), digest_of(path)
     origin = _origin(reader, content)
     told: dict[str, Any] = {
         "recording": name,
@@ -66,6 +69,7 @@ def sampled(path: Path, name: str, *, dataset: Kept | None, with_digest: bool) -
         "seed": origin.seed,
         "runs": len(samples),
         "kept": sum(is_kept(sample) for sample in samples),
+        "left_out": dict(reader.malformed) if reader else {},
     }
     if with_digest and reader is not None:
         told["digest"] = digest(reader)
@@ -139,4 +143,5 @@ def _cells(result: Result) -> tuple[str, ...]:
         "–" if seed is None else str(seed),
         str(result["runs"]),
         str(result["kept"]),
+        str(sum(result["left_out"].values()) or "–"),
     )

@@ -12,6 +12,7 @@ from station.app.setting import setting_of
 from station.app.simulating import rig_of
 from station.recording.arrays import load_signals, run_signals
 from station.recording.reader import open_recording
+from station.recording.repair import repair
 from tests.fuzz import seeds
 from tests.fuzz.change import of_bytes
 from tests.fuzz.rewritten import rewritten
@@ -68,13 +69,29 @@ def _read_all(path: Path) -> None:
         repr(item.message)
 
 
+REPAIR = command("repair", "{file}")
+
+
 def _repair(path: Path) -> None:
-    """A repair, without the result of the one before in its way."""
+    """A repair, without the result of the one before in its way: what was written, or a word on what is lost."""
+    path.with_suffix("").unlink(missing_ok=True)
+    said = repair(path).sentence
+    reader = open_recording(path.with_suffix(""))
+    found = {(one.topic, one.payload, one.log_ns, one.publish_ns) for one in reader.messages(truth=True)}
+    if not found <= set(seeds.messages_of(seeds.bench())):
+        raise Unclear("a repair adds messages that nobody wrote")
+    others = {name: values for name, values in reader.metadata.items() if name != "repair"}
+    same = len(found) == len(set(seeds.messages_of(seeds.bench()))) and (others, reader.attachments) == _described()
+    if not same and said.endswith("lost: nothing") and not reader.changed_metadata:
+        raise Unclear(f"a repair loses something and does not say so: {said}")
+
+
+def _repair_rewritten(path: Path) -> None:
+    """A repair of what has valid checksums and impossible content, which can be read afterwards."""
     path.with_suffix("").unlink(missing_ok=True)
     REPAIR(path)
-
-
-REPAIR = command("repair", "{file}")
+    for item in open_recording(path.with_suffix("")).messages():
+        repr(item.message)
 
 
 def _for_diagnosis(path: Path) -> None:
@@ -105,4 +122,5 @@ TARGETS = (
     Target("recording: diagnose", ".mcap", _rewritten, _for_diagnosis, share=2.0),
     Target("recording: replay", ".mcap", _rewritten, _for_replay, share=1.5),
     Target("recording: repair", ".mcap.partial", _damaged, _repair, share=0.7),
+    Target("recording: repair rewritten", ".mcap.partial", _rewritten, _repair_rewritten, share=0.7),
 )

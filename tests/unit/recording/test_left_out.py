@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -37,6 +38,16 @@ def written(path: Path, rows: Sequence[Row], *, cls: type[Message] = Sample, chu
     return path
 
 
+def with_junk(path: Path) -> Path:
+    """A session in which a payload that is none follows each of its two samples."""
+    with Recording(path, provenance=session.provenance()) as recording:
+        for receive_ns, topic, message in session.traffic():
+            recording.write_message(topic, message, receive_ns=receive_ns)
+            if topic == "session/sample":
+                recording.write(Received(topic, receive_ns=receive_ns, message=message, payload=JUNK))
+    return path
+
+
 def read_every_way(reader: RecordingReader) -> dict[str, int]:
     """Returns what is left out when a recording is read twice in each way."""
     for _ in range(2):
@@ -67,7 +78,7 @@ def test_messages_of_several_parts_are_counted_each(tmp_path: Path) -> None:
     assert found["session/sample"] == 2
 
 
-INDEXES = "station.recording.reader.batch_of"
+INDEXES = "station.recording.in_batches.batch_of"
 
 
 @pytest.mark.parametrize("indexed", [True, False])
@@ -90,13 +101,35 @@ def test_samples_says_how_many_it_leaves_out(tmp_path: Path, capsys: pytest.Capt
     assert "3 on /session/sample" in capsys.readouterr().out
 
 
+def test_samples_of_many_say_how_many_they_leave_out(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = written(tmp_path / "a.mcap", [(JUNK, GOOD_NS, GOOD_NS)] * 2 + [(Sample(run=1), GOOD_NS, 2**63)])
+    other = written(tmp_path / "b.mcap", [(Sample(run=1), GOOD_NS, GOOD_NS)])
+    assert main(["samples", path.name, other.name, "--jobs", "1"]) == 0
+    assert [row.split()[-2:-1] for row in capsys.readouterr().out.splitlines() if ".mcap" in row] == [["3"], ["–"]]
+    for words in (["samples", str(path), "--json"], ["samples", str(path), "--json", "--digest"]):
+        assert main(words) == 0
+        (row,) = json.loads(capsys.readouterr().out)
+        assert row["left_out"] == {"session/sample": 3}
+
+
+def test_verify_tells_them_as_json_too_and_also_of_damaged_metadata(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = with_junk(tmp_path / "a.mcap")
+    main(["verify", str(path), "--json"])
+    assert json.loads(capsys.readouterr().out)["left_out"] == {"session/sample": 2}
+    path.write_bytes(path.read_bytes().replace(b"started_ns", b"statted_ns"))
+    main(["verify", str(path)])
+    told = capsys.readouterr().out
+    assert "not as it was written" in told
+    assert "2 on /session/sample" in told
+
+
 def test_check_says_how_many_it_leaves_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "a.mcap"
-    with Recording(path, provenance=session.provenance()) as recording:
-        for receive_ns, topic, message in session.traffic():
-            recording.write_message(topic, message, receive_ns=receive_ns)
-            if topic == "session/sample":
-                recording.write(Received(topic, receive_ns=receive_ns, message=message, payload=JUNK))
+    path = with_junk(tmp_path / "a.mcap")
     for command in ("check", "verify"):
         main([command, str(path)])
         assert "2 on /session/sample" in capsys.readouterr().out

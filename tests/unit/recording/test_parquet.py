@@ -57,6 +57,46 @@ def test_one_long_text_does_not_stand_in_every_row(tmp_path: Path, *, listed: bo
         read_samples(path)
 
 
+@pytest.mark.parametrize("nested", ["record", "map", "list of a length", "record in a list"])
+def test_one_long_text_does_not_stand_in_every_record_or_map(tmp_path: Path, nested: str) -> None:
+    texts = repeated("x" * 1_000_000, 300)
+    record, ends = pa.StructArray.from_arrays([texts], ["a"]), pa.array(np.arange(301, dtype=np.int32))
+    match nested:
+        case "map":
+            column = pa.MapArray.from_arrays(ends, pa.array(["k"] * 300), texts.dictionary_decode())
+        case "list of a length":
+            column = pa.FixedSizeListArray.from_arrays(texts, 1)
+        case "record in a list":
+            column = pa.ListArray.from_arrays(ends, record)
+        case _:
+            column = record
+    path = written(tmp_path / "a.parquet", onset_angle_rad=repeated(0.3, 300), note=column)
+    assert path.stat().st_size < 20_000
+    with pytest.raises(UserError, match="at most 268 MB of text"):
+        read_measured(path)
+
+
+COLUMNS = {
+    "text": ["x", None, "x"],
+    "large": pa.array(["x", "y", None], pa.large_string()),
+    "bytes": [b"1", b"2", b"1"],
+    "named": pa.array(["a", "b", "a"]).dictionary_encode(),
+    "list": [["a", "b"], [], None],
+    "lists": [[["a"]], [], [["b", "a"]]],
+    "pair": pa.array([["a", "b"]] * 3, pa.list_(pa.string(), 2)),
+    "record": [{"p": "q", "n": 1}] * 3,
+    "map": pa.array([[("k", "v")]] * 3, pa.map_(pa.string(), pa.string())),
+    "number": [0.1, 0.2, None],
+}
+
+
+def test_a_table_is_read_once_and_as_pyarrow_reads_it(tmp_path: Path) -> None:
+    path = written(tmp_path / "a.parquet", **COLUMNS)
+    assert read_parquet(path).equals(pq.read_table(path))
+    views = written(tmp_path / "b.parquet", text=pa.array(["x", "y"], pa.string_view()))
+    assert read_parquet(views).column("text").to_pylist() == ["x", "y"]
+
+
 def test_texts_of_an_honest_table_are_read(tmp_path: Path) -> None:
     flags = pa.array([["a", "b"], [], ["a"]])
     path = written(tmp_path / "a.parquet", onset_angle_rad=[0.1, 0.2, 0.3], object=["x", None, "x"], flags=flags)

@@ -1,0 +1,93 @@
+"""Opens recordings: looks at both ends and the index of a file before anything in it is believed, and at its parts."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import BinaryIO
+
+from mcap.summary import Summary
+
+from shared.errors import UserError
+from shared.visible import visible
+from station.recording.bounded import BROKEN, require_unpacked_within
+from station.recording.chunks import DamageError
+from station.recording.file_reader import RecordingReader
+from station.recording.index import FOOTER_BYTES, read_index
+from station.recording.indexed import damaged
+from station.recording.mcap_file import MAGIC
+from station.recording.parted import PartedReader, continued_in
+from station.recording.parts import number_of, part_path
+from station.recording.places import named
+from station.recording.writer import PARTIAL
+
+_LOG = logging.getLogger(__name__)
+
+
+def open_recording(path: Path) -> RecordingReader:
+    """Opens a finished recording, with the parts in which it goes on; a later part alone, if that is named.
+
+    Raises:
+        UserError: in one sentence, if there is none, or it is empty, cut off, damaged or something else.
+    """
+    path = Path(path)
+    first = open_file(path)
+    parts, missing = [first], ""
+    while number_of(path.name) == 1 and (name := continued_in(parts[-1])) and not missing:
+        after = part_path(path, len(parts) + 1)
+        if after.exists():
+            parts.append(open_file(after))
+        elif (broken := after.with_name(after.name + PARTIAL)).exists():
+            raise UserError(f"Expected a finished recording, but {broken} breaks off; run: station repair {broken}")
+        else:
+            missing = f"{path} goes on in {after.name} (written as {visible(name)}), which is not beside it"
+            _LOG.warning("%s: what is in it is left out", missing)
+    return PartedReader(parts, missing=missing) if len(parts) > 1 or missing else first
+
+
+def open_file(path: Path) -> RecordingReader:
+    """Opens one finished file alone, whether it goes on in another or not.
+
+    Raises:
+        UserError: as `open_recording` does.
+    """
+    try:
+        with path.open("rb") as file:
+            _check_ends(file, path)
+            summary = read_index(file)
+            _require_bounded(file, summary)
+    except OSError as error:
+        raise UserError(f"Expected a recording at {path}, but it cannot be read: {error.strerror}") from error
+    except BROKEN as error:
+        raise damaged(path, str(error) or type(error).__name__) from error
+    counted = summary.statistics if summary is not None else None
+    # Messages outside of chunks, which are not indexed, would otherwise be silently no messages.
+    if summary is None or counted is None or (counted.message_count and not summary.chunk_indexes):
+        raise UserError(f"Expected a recording with an index, but {path} has none; run: station repair {path}")
+    return RecordingReader(path, summary)
+
+
+def _require_bounded(file: BinaryIO, summary: Summary | None) -> None:
+    """Refuses an index by which a small file would hold any amount: packed too well, or read again and again."""
+    if summary is None:
+        return
+    require_unpacked_within(summary.chunk_indexes, file_bytes=file.seek(0, 2))
+    end = 0
+    for place in named(summary):
+        if place.offset < end:
+            raise DamageError(f"its records overlap (at byte {place.offset})")
+        end = place.offset + place.length
+
+
+def _check_ends(file: BinaryIO, path: Path) -> None:
+    start = file.read(len(MAGIC))
+    if not start:
+        raise UserError(f"Expected a recording, but {path} is empty")
+    if start != MAGIC:
+        raise UserError(f"Expected a recording (MCAP), but {path} is another kind of file")
+    size = file.seek(0, 2)
+    file.seek(max(0, size - len(MAGIC)))
+    if size < 2 * len(MAGIC) + FOOTER_BYTES or file.read() != MAGIC or path.suffix == PARTIAL:
+        raise UserError(
+            f"Expected a finished recording, but {path} breaks off before its end; run: station repair {path}"
+        )

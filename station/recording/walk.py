@@ -1,0 +1,114 @@
+"""Walks the records of a file from its beginning as far as they go, by the index where there is one."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import BinaryIO
+
+from mcap.opcode import Opcode
+
+from station.recording.bounded import read_at
+from station.recording.chunks import MAX_CHUNK_BYTES, DamageError
+from station.recording.mcap_file import MAGIC
+from station.recording.places import Place, Places
+
+HEAD = struct.Struct("<BQ")
+"""The kind of a record (its opcode) and the length of what follows."""
+_DATA_END_BYTES = 4
+"""The length of the record that ends the data: its CRC alone."""
+_FOOTER_BYTES = 20
+_MESSAGE_INDEX = struct.Struct("<HI")
+_OF_INDEX = {
+    Opcode.CHUNK_INDEX,
+    Opcode.ATTACHMENT_INDEX,
+    Opcode.METADATA_INDEX,
+    Opcode.STATISTICS,
+    Opcode.SUMMARY_OFFSET,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """A record: its place in the file, its kind, its content, and its name in the index (None: it is not in there)."""
+
+    offset: int
+    opcode: int
+    content: bytes
+    name: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """Bytes in which no record can be told; `last` if none follows that could be found."""
+
+    length: int
+    last: bool
+
+
+def walk(file: BinaryIO, places: Places) -> Iterator[Record | Gap]:
+    """Every record of the data, and every gap between them, in the order of the file.
+
+    Behind a chunk stand the indexes of its messages: one of them that calls itself a message would add one that
+    nobody sent, and is a gap.
+    """
+    size, position, in_chunk = file.seek(0, 2), len(MAGIC), False
+    while position < size:
+        found, end = _next(file, position, places, size)
+        if isinstance(found, Record):
+            if _is_end(found, behind=size - end):
+                return
+            if in_chunk and found.opcode == Opcode.MESSAGE and _is_message_index(found.content):
+                found = Gap(end - position, last=False)
+        yield found
+        position, in_chunk = end, isinstance(found, Gap) or found.opcode in (Opcode.CHUNK, Opcode.MESSAGE_INDEX)
+
+
+def _is_end(record: Record, *, behind: int) -> bool:
+    """True for the end of the data, and for the footer, before which that end was not recognized."""
+    if record.opcode == Opcode.FOOTER:
+        return len(record.content) == _FOOTER_BYTES and behind == len(MAGIC)
+    return record.opcode == Opcode.DATA_END and len(record.content) == _DATA_END_BYTES
+
+
+def _next(file: BinaryIO, position: int, places: Places, size: int) -> tuple[Record | Gap, int]:
+    """The record or gap that begins there, and the place of the next."""
+    known, stop = places.at(position), places.next_after(position)
+    if known is not None and HEAD.size <= known.length <= min(stop - position, MAX_CHUNK_BYTES):
+        return _named(file, known), position + known.length
+    head = read_at(file, position, HEAD.size)
+    opcode, length = HEAD.unpack(head) if len(head) == HEAD.size else (0, size)
+    end = position + HEAD.size + length
+    if known is not None or end > stop or length > MAX_CHUNK_BYTES:
+        return Gap(stop - position, last=stop == size), stop
+    return Record(position, opcode, read_at(file, position + HEAD.size, length)), end
+
+
+def _named(file: BinaryIO, known: Place) -> Record:
+    content = read_at(file, known.offset + HEAD.size, known.length - HEAD.size)
+    return Record(known.offset, known.opcode, content, known.name)
+
+
+def holds_nothing(record: Record, *, indexed: bool) -> bool:
+    """True for a record that a repair makes anew: the header, the indexes, and what an index consists of.
+
+    Where the file has an index, that index names everything else. Where it has none, a record of an index has nothing
+    to do among the data: its kind is damaged.
+
+    Raises:
+        DamageError: if it is called an index of messages and is none.
+    """
+    if record.opcode == Opcode.MESSAGE_INDEX:
+        if record.name is None and not _is_message_index(record.content):
+            raise DamageError("an index of messages does not have the length that it says")
+        return True
+    return record.offset == len(MAGIC) if record.opcode == Opcode.HEADER else indexed and record.opcode in _OF_INDEX
+
+
+def _is_message_index(content: bytes) -> bool:
+    """An index of messages has a channel, a size in bytes, and so many bytes: a time and a place for each message."""
+    if len(content) < _MESSAGE_INDEX.size:
+        return False
+    _, size = _MESSAGE_INDEX.unpack_from(content)
+    return size % 16 == 0 and len(content) == _MESSAGE_INDEX.size + size

@@ -1,0 +1,111 @@
+"""The nine bytes at the head of a record, which have no checksum: a flipped bit costs nothing, or is told."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from mcap.opcode import Opcode
+
+from station.recording.mcap_file import MAGIC
+from station.recording.places import places_of
+from station.recording.reader import RecordingReader, open_recording
+from station.recording.repair import Repaired, repair
+from station.recording.walk import HEAD, Record, walk
+from station.recording.writer import PARTIAL, Recording
+from tests.unit.recording import session
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A session in many chunks whose recorder missed seven messages."""
+    path = tmp_path_factory.mktemp("whole") / "whole.mcap"
+    with Recording(path, provenance=session.provenance(), flush_every_s=1.0) as recording:
+        for receive_ns, topic, message in list(session.traffic())[::60]:
+            recording.write_message(topic, message, receive_ns=receive_ns)
+        recording.add_metadata("recorder", {"missed": "7"})
+    return path
+
+
+Contents = tuple[tuple[tuple[int, str, bytes], ...], dict[str, dict[str, str]], dict[str, bytes]]
+
+
+def contents(reader: RecordingReader) -> Contents:
+    messages = tuple((one.log_ns, one.topic, one.payload) for one in reader.messages(truth=True))
+    described = {name: values for name, values in reader.metadata.items() if name != "repair"}
+    return messages, described, reader.attachments
+
+
+def repaired(content: bytes, folder: Path, *, partial: bool) -> Repaired:
+    path = folder / (f"a.mcap{PARTIAL}" if partial else "a.mcap")
+    path.write_bytes(content)
+    (folder / "b.mcap").unlink(missing_ok=True)
+    return repair(path, out=folder / "b.mcap")
+
+
+def data_records(path: Path) -> Iterator[Record]:
+    """The records of the data, found without their index."""
+    with path.open("rb") as file:
+        for record in walk(file, places_of(None, size=path.stat().st_size)):
+            assert isinstance(record, Record)
+            yield record
+
+
+def flips(path: Path, *, bits: range) -> Iterator[tuple[int, bytes]]:
+    """The kind of a record, and the file with one bit of its head flipped."""
+    content = path.read_bytes()
+    for record in data_records(path):
+        for bit in bits:
+            changed = bytearray(content)
+            changed[record.offset + bit // 8] ^= 1 << bit % 8
+            yield record.opcode, bytes(changed)
+
+
+@pytest.mark.parametrize("bits", [range(8), range(8, 72, 7)], ids=["kind", "length"])
+def test_a_finished_file_loses_nothing_by_a_damaged_head(whole: Path, tmp_path: Path, bits: range) -> None:
+    expected = contents(open_recording(whole))
+    for opcode, content in flips(whole, bits=bits):
+        if opcode in (Opcode.CHUNK, Opcode.METADATA, Opcode.ATTACHMENT):
+            done = repaired(content, tmp_path, partial=False)
+            assert contents(open_recording(done.path)) == expected
+
+
+def test_an_unfinished_file_says_what_it_loses_by_a_damaged_kind(whole: Path, tmp_path: Path) -> None:
+    """Without an index nobody knows what the record was: it is lost, and counted."""
+    expected = contents(open_recording(whole))
+    last = max(record.offset + len(record.content) for record in data_records(whole)) + HEAD.size
+    for _, content in flips(whole, bits=range(8)):
+        done = repaired(content[:last], tmp_path, partial=True)
+        assert contents(open_recording(done.path)) == expected or not done.sentence.endswith("lost: nothing")
+
+
+def test_a_name_that_was_damaged_is_taken_from_the_index(whole: Path, tmp_path: Path) -> None:
+    content = bytearray(whole.read_bytes())
+    place = next(one for one in open_recording(whole).summary.metadata_indexes if one.name == "recorder").offset
+    content[content.index(b"recorder", place)] ^= 1
+    done = repaired(bytes(content), tmp_path, partial=False)
+    assert open_recording(done.path).metadata["recorder"]["missed"] == "7"
+
+
+@pytest.mark.parametrize("kind", [0x1C, 0x8C])
+def test_a_record_of_an_unknown_kind_is_told(whole: Path, tmp_path: Path, kind: int) -> None:
+    summary = open_recording(whole).summary
+    place = next(one for one in summary.metadata_indexes if one.name == "recorder")
+    content = bytearray(whole.read_bytes())[: place.offset + place.length]
+    content[place.offset] = kind
+    done = repaired(bytes(content), tmp_path, partial=True)
+    assert "1 records of an unknown kind" in done.sentence
+    assert open_recording(done.path).metadata["repair"]["unknown_records"] == "1"
+
+
+def test_an_index_without_a_checksum_costs_nothing_that_can_be_read_without_it(whole: Path, tmp_path: Path) -> None:
+    """Other writers leave it out: then a changed place in the index is as likely as a changed head."""
+    content = bytearray(whole.read_bytes())
+    content[-len(MAGIC) - 4 : -len(MAGIC)] = bytes(4)
+    first = open_recording(whole).summary.chunk_indexes[0].chunk_start_offset
+    start = int.from_bytes(content[-len(MAGIC) - 20 : -len(MAGIC) - 12], "little")
+    content[content.index(first.to_bytes(8, "little"), start)] ^= 1
+    done = repaired(bytes(content), tmp_path, partial=False)
+    assert contents(open_recording(done.path)) == contents(open_recording(whole))
+    assert done.sentence.endswith("lost: nothing")
