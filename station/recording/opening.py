@@ -60,11 +60,25 @@ def open_file(path: Path) -> RecordingReader:
         raise UserError(f"Expected a recording at {path}, but it cannot be read: {error.strerror}") from error
     except BROKEN as error:
         raise damaged(path, str(error) or type(error).__name__) from error
-    counted = summary.statistics if summary is not None else None
-    # Messages outside of chunks, which are not indexed, would otherwise be silently no messages.
-    if summary is None or counted is None or (counted.message_count and not summary.chunk_indexes):
-        raise UserError(f"Expected a recording with an index, but {path} has none; run: station repair {path}")
+    if summary is None or not _names_all(summary):
+        raise UserError(
+            f"Expected a recording with an index of its messages and topics, but {path} has none; "
+            f"run: station repair {path}"
+        )
     return RecordingReader(path, summary)
+
+
+def _names_all(summary: Summary) -> bool:
+    """False for an index by which messages would silently be none: outside of chunks, or of a topic that it omits.
+
+    Other writers may leave out of it what chunks hold as well: topics and their schemas.
+    """
+    counted, channels = summary.statistics, summary.channels
+    if counted is None or (counted.message_count and not (summary.chunk_indexes and channels)):
+        return False
+    held = {number for number, count in counted.channel_message_counts.items() if count}
+    held.update(*(index.message_index_offsets for index in summary.chunk_indexes))
+    return held <= channels.keys() and {channel.schema_id for channel in channels.values()} <= {0, *summary.schemas}
 
 
 def _require_bounded(file: BinaryIO, summary: Summary | None) -> None:

@@ -45,7 +45,16 @@ def test_a_file_without_message_indexes_is_read(tmp_path: Path) -> None:
     assert [item.message for item in open_recording(path).messages({"environment"})] == [MESSAGE]
 
 
-@pytest.mark.parametrize("options", [{"use_chunking": False}, {"use_statistics": False, "index_types": IndexType.NONE}])
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"use_chunking": False},
+        {"use_statistics": False, "index_types": IndexType.NONE},
+        {"repeat_channels": False},
+        {"repeat_schemas": False},
+        {"repeat_channels": False, "repeat_schemas": False, "index_types": IndexType.CHUNK},
+    ],
+)
 def test_a_file_without_index_is_repaired_and_read(options: dict[str, object], tmp_path: Path) -> None:
     path = written(tmp_path / "a.mcap", schema=SCHEMA, payload=wire.encode(MESSAGE), **options)
     with pytest.raises(UserError, match="station repair"):
