@@ -73,14 +73,18 @@ def _is_end(record: Record, *, behind: int) -> bool:
 
 
 def _next(file: BinaryIO, position: int, places: Places, size: int) -> tuple[Record | Gap, int]:
-    """The record or gap that begins there, and the place of the next."""
+    """The record or gap that begins there, and the place of the next.
+
+    Some writers give a length of 0 in their index: a length that cannot be is taken from the record's head.
+    """
     known, stop = places.at(position), places.next_after(position)
     if known is not None and HEAD.size <= known.length <= min(stop - position, MAX_CHUNK_BYTES):
         return _named(file, known), position + known.length
     head = read_at(file, position, HEAD.size)
     opcode, length = HEAD.unpack(head) if len(head) == HEAD.size else (0, size)
     end = position + HEAD.size + length
-    if known is not None or end > stop or length > MAX_CHUNK_BYTES:
+    named_otherwise = known is not None and known.opcode != opcode
+    if named_otherwise or end > stop or length > MAX_CHUNK_BYTES:
         return Gap(stop - position, last=stop == size), stop
     return Record(position, opcode, read_at(file, position + HEAD.size, length)), end
 

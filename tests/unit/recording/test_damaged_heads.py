@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from mcap.opcode import Opcode
 
-from station.recording.mcap_file import MAGIC
+from station.recording.mcap_file import MAGIC, McapFile
 from station.recording.places import places_of
 from station.recording.reader import RecordingReader, open_recording
 from station.recording.repair import Repaired, repair
@@ -109,3 +111,34 @@ def test_an_index_without_a_checksum_costs_nothing_that_can_be_read_without_it(w
     done = repaired(bytes(content), tmp_path, partial=False)
     assert contents(open_recording(done.path)) == contents(open_recording(whole))
     assert done.sentence.endswith("lost: nothing")
+
+
+@pytest.mark.parametrize(
+    ("entries", "number"),
+    [
+        ("_chunk_indexes", "chunk_length"),
+        ("_chunk_indexes", "message_index_length"),
+        ("_metadata_indexes", "length"),
+        ("_attachment_indexes", "length"),
+    ],
+)
+@pytest.mark.parametrize("length", [0, 2**40])
+def test_an_index_with_lengths_that_cannot_be_costs_nothing(
+    tmp_path: Path, entries: str, number: str, length: int
+) -> None:
+    """The first writers of the format in Go gave each chunk a length of 0."""
+    path = tmp_path / "a.mcap"
+    with path.open("wb") as stream:
+        file = McapFile(stream, library="test", chunk_bytes=1)
+        channel = file.register_channel("/a", schema_id=file.register_schema("x", b""))
+        for at_ns in range(5):
+            file.add_message(channel, log_ns=at_ns, publish_ns=at_ns, sequence=0, payload=b"abc")
+            file.add_metadata(f"m{at_ns}", {"a": "b"})
+            file.add_attachment(f"f{at_ns}", b"abc", media_type="", stamp_ns=1)
+        held: list[Any] = getattr(file, entries)
+        held[:] = [replace(one, **{number: length}) for one in held]
+        file.finish()
+    done = repair(path)
+    assert (done.findings.messages, done.findings.bad_records, done.findings.lost_bytes) == (5, 0, 0)
+    reader = open_recording(done.path)
+    assert (len(reader.metadata), len(reader.attachments)) == (6, 5)
