@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,8 +26,9 @@ def read_parquet(path: Path) -> Any:
     import pyarrow.parquet as pq  # noqa: PLC0415  # slow to load, and most tables are CSV
 
     with pq.ParquetFile(path) as file:
-        _require_within(path, file.metadata)
-        texts = [leaf.path for leaf in map(file.schema.column, range(len(file.schema))) if _is_text(leaf)]
+        leaves = [file.schema.column(number) for number in range(len(file.schema))]
+        _require_within(path, file.metadata, leaves)
+        texts = [leaf.path for leaf in leaves if _is_text(leaf)]
         kinds = file.schema_arrow
     with pq.ParquetFile(path, read_dictionary=texts) as file:
         packed = file.read()
@@ -37,12 +38,20 @@ def read_parquet(path: Path) -> Any:
     return _written_out(packed, kinds)
 
 
-def _require_within(path: Path, metadata: Any) -> None:
+def _require_within(path: Path, metadata: Any, leaves: Sequence[Any]) -> None:
     groups = [metadata.row_group(number) for number in range(metadata.num_row_groups)]
-    cells = sum(group.column(number).num_values for group in groups for number in range(group.num_columns))
+    counts = [
+        (group.column(number).num_values, leaf)
+        for group in groups
+        for number, leaf in zip(range(group.num_columns), leaves, strict=False)
+    ]
+    cells = sum(count for count, _ in counts)
     _refuse(path, "rows", metadata.num_rows, MOST_ROWS)
     _refuse(path, "cells", max(cells, metadata.num_rows * metadata.num_columns), MOST_CELLS)
-    _refuse(path, "MB", sum(group.total_byte_size for group in groups) / 1e6, MOST_BYTES / 1e6)
+    packed = sum(group.total_byte_size for group in groups)
+    # A value of a fixed length may stand in the file once, but in memory it stands in each row.
+    fixed = sum(count * leaf.length for count, leaf in counts if leaf.physical_type == "FIXED_LEN_BYTE_ARRAY")
+    _refuse(path, "MB", max(packed, fixed) / 1e6, MOST_BYTES / 1e6)
 
 
 def _refuse(path: Path, what: str, found: float, most: float) -> None:

@@ -76,6 +76,17 @@ def test_one_long_text_does_not_stand_in_every_record_or_map(tmp_path: Path, nes
         read_measured(path)
 
 
+@pytest.mark.parametrize("packed", [{}, {"use_dictionary": False, "column_encoding": {"a": "DELTA_BYTE_ARRAY"}}])
+def test_bytes_of_a_fixed_length_do_not_stand_in_every_row(tmp_path: Path, packed: dict[str, Any]) -> None:
+    """Their size is known before they are read: 452 bytes took as many gigabytes as they said."""
+    path = tmp_path / "a.parquet"
+    column = pa.array([bytes(1_000_000)] * 300, pa.binary(1_000_000))
+    pq.write_table(pa.table({"a": column}), path, compression="zstd", **packed)
+    assert path.stat().st_size < 20_000
+    with pytest.raises(UserError, match="at most 268 MB in"):
+        read_parquet(path)
+
+
 COLUMNS = {
     "text": ["x", None, "x"],
     "large": pa.array(["x", "y", None], pa.large_string()),
