@@ -147,7 +147,10 @@ def quieten_decoders() -> None:
 
 
 def _picture(file: Path) -> Image:
-    data = file.read_bytes() if file.is_file() else b""
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        raise UserError(f"Expected a picture at {file}, but it cannot be read: {error.strerror}") from error
     if wrong := too_large(data):
         raise UserError(f"Expected a picture of a camera at {file}, got {wrong}; make it smaller")
     image = unpacked_of_any_kind(data)

@@ -167,7 +167,10 @@ def _shots(path: Path, rate_hz: float | None) -> Iterator[Shot]:
 
 
 def _picture(path: Path) -> Frame:
-    data = path.read_bytes()
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise UserError(f"{path}: expected a picture, but it cannot be read: {error.strerror}") from error
     if wrong := too_large(data):
         raise UserError(f"{path}: expected a picture of a camera, but it is {wrong}; make it smaller")
     picture = unpacked_of_any_kind(data)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import struct
 import zlib
 from pathlib import Path
@@ -115,3 +116,20 @@ def test_pictures_of_ones_own_are_refused_in_a_sentence(
     assert "expected a picture" in capsys.readouterr().err
     with pytest.raises(UserError, match="Expected a picture"):
         next(open_pictures(tmp_path)[0])
+
+
+def test_a_picture_that_cannot_be_read_is_refused_in_a_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A test that runs as root may read every file, so that the refusal is made up."""
+
+    def refused(_: Path) -> bytes:
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    path = tmp_path / "a.png"
+    path.write_bytes(png(10))
+    monkeypatch.setattr(Path, "read_bytes", refused)
+    with pytest.raises(UserError, match="but it cannot be read: Permission denied"):
+        next(open_pictures(tmp_path)[0])
+    assert pi_agent(["track", str(path)]) == 2
+    assert "expected a picture, but it cannot be read" in capsys.readouterr().err
