@@ -41,6 +41,20 @@ class RawMessage(NamedTuple):
     """The place of its content in all that was unpacked: no other message of a reading has the same."""
 
 
+def chunk_of(content: bytes) -> Chunk:
+    """The chunk in a record's content.
+
+    Raises:
+        DamageError: if it is blank, as a disk leaves it: zeros read as a chunk of nothing, without a checksum.
+        EndOfFile: if it breaks off.
+    """
+    stream = io.BytesIO(content)
+    chunk = Chunk.read(ReadDataStream(stream))
+    if not chunk.uncompressed_size and stream.tell() < len(content):
+        raise DamageError("a chunk is blank")
+    return chunk
+
+
 def unpack(chunk: Chunk) -> bytes:
     """The records of a chunk.
 

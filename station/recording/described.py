@@ -72,12 +72,33 @@ def attachment_of(content: bytes) -> Attachment:
     """The attachment in a record's content; its CRC, which the library skips, is checked.
 
     Raises:
-        DamageError: if it is wrong.
+        DamageError: if it is wrong, or all is blank.
     """
     (crc,) = struct.unpack("<I", content[-4:])
     if crc and zlib.crc32(content[:-4]) != crc:
         raise DamageError("its checksum (CRC) is wrong")
-    return Attachment.read(ReadDataStream(io.BytesIO(content)))
+    stream = io.BytesIO(content)
+    found = Attachment.read(ReadDataStream(stream))
+    _require_written(found.name or found.data, stream, content)
+    return found
+
+
+def metadata_of(content: bytes) -> Metadata:
+    """The metadata in a record's content.
+
+    Raises:
+        DamageError: if all is blank.
+    """
+    stream = io.BytesIO(content)
+    found = Metadata.read(ReadDataStream(stream))
+    _require_written(found.name or found.metadata, stream, content)
+    return found
+
+
+def _require_written(told: object, stream: io.BytesIO, content: bytes) -> None:
+    """Refuses zeros, as a disk leaves them: they read as nothing, before what the record held."""
+    if not told and stream.tell() < len(content):
+        raise DamageError("it is blank")
 
 
 def _record_at(path: Path, index: MetadataIndex) -> Found:

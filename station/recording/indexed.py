@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Collection
 from functools import cached_property
 from itertools import accumulate
 from pathlib import Path
 from typing import BinaryIO
 
-from mcap.data_stream import ReadDataStream
-from mcap.records import Chunk, ChunkIndex
+from mcap.records import ChunkIndex
 from mcap.summary import Summary
 
 from shared.errors import UserError
 from station.recording.batches import Unpacked
 from station.recording.bounded import BROKEN, read_at
-from station.recording.chunks import RawMessage, messages, unpack
+from station.recording.chunks import DamageError, RawMessage, chunk_of, messages, unpack
 from station.recording.places import Places, named
 
 
@@ -86,8 +84,10 @@ class IndexedChunks:
 
     def _records(self, file: BinaryIO, index: ChunkIndex) -> bytes:
         try:
-            content = io.BytesIO(read_at(file, index.chunk_start_offset, index.chunk_length)[9:])
-            return unpack(Chunk.read(ReadDataStream(content)))
+            chunk = chunk_of(read_at(file, index.chunk_start_offset, index.chunk_length)[9:])
+            if chunk.uncompressed_size != index.uncompressed_size:
+                raise DamageError("a chunk is not as large as the index says")
+            return unpack(chunk)
         except BROKEN as error:
             raise self.damage_at(index, error) from error
 

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO
 
-from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
+from mcap.records import Attachment, Channel, Metadata, Schema
 from mcap.summary import Summary
 
 from shared.errors import UserError
 from station.recording.bounded import BROKEN
-from station.recording.chunks import RawMessage, definitions, messages, require_few
-from station.recording.described import attachment_of
+from station.recording.chunks import RawMessage, chunk_of, definitions, messages, require_few
+from station.recording.described import attachment_of, metadata_of
 from station.recording.index import has_checksum, read_index
 from station.recording.mcap_file import MAGIC
 from station.recording.places import places_of
@@ -110,11 +108,11 @@ class Salvage:
     def _item(self, record: Record, room: Room, *, indexed: bool) -> Block | Attachment | Metadata | None:
         content = record.content
         if record.opcode == Opcode.CHUNK:
-            return self._block(room.unpacked(Chunk.read(ReadDataStream(io.BytesIO(content)))))
+            return self._block(room.unpacked(chunk_of(content)))
         if record.opcode == Opcode.ATTACHMENT:
             return attachment_of(content)
         if record.opcode == Opcode.METADATA:
-            read = Metadata.read(ReadDataStream(io.BytesIO(content)))
+            read = metadata_of(content)
             return Metadata(name=record.name or read.name, metadata=read.metadata)
         if record.opcode in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE):  # outside of chunks
             return self._block(HEAD.pack(record.opcode, len(content)) + content)

@@ -84,7 +84,8 @@ def _next(file: BinaryIO, position: int, places: Places, size: int) -> tuple[Rec
     opcode, length = HEAD.unpack(head) if len(head) == HEAD.size else (0, size)
     end = position + HEAD.size + length
     named_otherwise = known is not None and known.opcode != opcode
-    if named_otherwise or end > stop or length > MAX_CHUNK_BYTES:
+    blank = not opcode and not length  # as a power cut leaves a file's end: one gap, not millions of records
+    if named_otherwise or blank or end > stop or length > MAX_CHUNK_BYTES:
         return Gap(stop - position, last=stop == size), stop
     return Record(position, opcode, read_at(file, position + HEAD.size, length)), end
 
