@@ -69,7 +69,7 @@ def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def told(path: Path, name: str, *, parent: int) -> Result:
-    """Returns who works on it."""
+    """Returns the size of a recording; whoever works on it is another process than `parent`."""
     assert os.getpid() != parent
     return {"recording": name, "size": path.stat().st_size}
 
