@@ -12,6 +12,7 @@ import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
@@ -59,22 +60,30 @@ def attachments_at(path: Path, indexes: Sequence[AttachmentIndex]) -> dict[str, 
     """
     found: dict[str, bytes] = {}
     with path.open("rb") as file:
+        sealed = any_has_checksum(file, indexes)
         for index in indexes:
             try:
-                record = attachment_of(read_at(file, index.offset, index.length)[9:])
+                record = attachment_of(read_at(file, index.offset, index.length)[9:], sealed=sealed)
             except BROKEN as error:
                 raise damaged(path, f"attachment '{index.name}' ({error})") from error
             found[record.name] = record.data
     return found
 
 
-def attachment_of(content: bytes) -> Attachment:
+def any_has_checksum(file: BinaryIO, indexes: Sequence[AttachmentIndex]) -> bool:
+    """True if whoever attached the files gave them checksums: zeros in the place of one are none otherwise."""
+    return any(any(read_at(file, max(0, index.offset + index.length - 4), 4)) for index in indexes)
+
+
+def attachment_of(content: bytes, *, sealed: bool = False) -> Attachment:
     """The attachment in a record's content; its CRC, which the library skips, is checked.
 
     Raises:
-        DamageError: if it is wrong, or all is blank.
+        DamageError: if it is wrong, or missing where all are `sealed` by one, or all is blank.
     """
     (crc,) = struct.unpack("<I", content[-4:])
+    if sealed and not crc:
+        raise DamageError("it has lost its checksum (CRC)")
     if crc and zlib.crc32(content[:-4]) != crc:
         raise DamageError("its checksum (CRC) is wrong")
     stream = io.BytesIO(content)

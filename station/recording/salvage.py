@@ -14,7 +14,7 @@ from mcap.summary import Summary
 from shared.errors import UserError
 from station.recording.bounded import BROKEN
 from station.recording.chunks import RawMessage, chunk_of, definitions, messages, require_few
-from station.recording.described import attachment_of, metadata_of
+from station.recording.described import any_has_checksum, attachment_of, metadata_of
 from station.recording.index import has_checksum, read_index
 from station.recording.mcap_file import MAGIC
 from station.recording.places import places_of
@@ -56,6 +56,8 @@ class Salvage:
     findings: Findings = field(default_factory=Findings)
     schemas: dict[int, Schema] = field(default_factory=dict[int, Schema])
     channels: dict[int, Channel] = field(default_factory=dict[int, Channel])
+    _sealed: bool = False
+    """True if the attached files have checksums, as far as the index tells."""
 
     def read(self) -> Iterator[Block | Attachment | Metadata]:
         """Everything that can be read, in the order of the file.
@@ -85,6 +87,7 @@ class Salvage:
     def _read_records(self, file: BinaryIO, summary: Summary | None) -> Iterator[Block | Attachment | Metadata]:
         size, room = file.seek(0, 2), Room(file.seek(0, 2))
         sure = summary if summary is not None and has_checksum(file) else None
+        self._sealed = sure is not None and any_has_checksum(file, sure.attachment_indexes)
         for record in walk(file, places_of(sure, size=size)):
             if isinstance(record, Gap):
                 self._take_note(record)
@@ -110,7 +113,7 @@ class Salvage:
         if record.opcode == Opcode.CHUNK:
             return self._block(room.unpacked(chunk_of(content)))
         if record.opcode == Opcode.ATTACHMENT:
-            return attachment_of(content)
+            return attachment_of(content, sealed=self._sealed)
         if record.opcode == Opcode.METADATA:
             read = metadata_of(content)
             return Metadata(name=record.name or read.name, metadata=read.metadata)

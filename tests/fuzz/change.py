@@ -57,7 +57,7 @@ _WRITTEN_TOO = (b"true", b"[]", b"{}", b'"[/red]"', b"'\x1b[2J'", b"[[", b"\xff"
 
 
 def of_bytes(random: Random, data: bytes) -> bytes:
-    """A few bytes flipped, set, cut, doubled, moved, or a number of some width written over them."""
+    """A few bytes flipped, set, blanked, cut, doubled, or a number of some width written over them."""
     changed = bytearray(data)
     for _ in range(_few(random)):
         if not changed:
@@ -72,6 +72,14 @@ def _flip(random: Random, data: bytearray) -> None:
 
 def _set(random: Random, data: bytearray) -> None:
     data[random.randrange(len(data))] = random.choice((0, 1, 127, 128, 255, random.randrange(256)))
+
+
+def _blank(random: Random, data: bytearray) -> None:
+    """Zeros from a sector's begin on, as a disk leaves them after a power cut."""
+    size = random.choice((16, 128, 512, 4096))
+    begin = random.randrange(len(data)) // size * size
+    length = min(size * random.choice((1, 1, 8)), len(data) - begin)
+    data[begin : begin + length] = bytes(length)
 
 
 def _cut(random: Random, data: bytearray) -> None:
@@ -96,7 +104,16 @@ def _end(random: Random, data: bytearray) -> None:
     del data[random.randrange(len(data)) :]
 
 
-_BYTE_CHANGES: tuple[Callable[[Random, bytearray], None], ...] = (_flip, _flip, _set, _cut, _double, _overwrite, _end)
+_BYTE_CHANGES: tuple[Callable[[Random, bytearray], None], ...] = (
+    _flip,
+    _flip,
+    _set,
+    _blank,
+    _cut,
+    _double,
+    _overwrite,
+    _end,
+)
 
 
 def of_text(random: Random, data: bytes) -> bytes:

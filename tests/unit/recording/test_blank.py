@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from shared import wire
 from shared.errors import UserError
 from shared.messages import Heartbeat
+from station.recording.described import attachments_at
 from station.recording.mcap_file import McapFile
 from station.recording.reader import open_recording
 from station.recording.repair import repair
@@ -63,6 +65,30 @@ def test_a_blank_metadata_record_or_attachment_is_told(path: Path, kind: str) ->
     assert (left.metadata_names - {"repair"}, [*left.attachments]) == (
         (set(), ["f"]) if kind == "metadata" else ({"m"}, [])
     )
+
+
+def test_a_blank_checksum_is_none_only_where_no_attached_file_has_one(tmp_path: Path) -> None:
+    """Zeros are MCAP's word for no checksum: a disk may write them over one, and over what it was of."""
+    path = tmp_path / "a.mcap"
+    with path.open("wb") as stream:
+        file = McapFile(stream, library="test")
+        for name in ("a", "b"):
+            file.add_attachment(name, b"abcdefgh", media_type="", stamp_ns=1)
+        file.finish()
+    first, second = open_recording(path).summary.attachment_indexes
+    blank(path, first.offset + first.length - 8, 8)
+    with pytest.raises(UserError, match="'a' \\(it has lost its checksum"):
+        _ = open_recording(path).attachments
+    done = repair(path)
+    assert (done.findings.bad_records, [*open_recording(done.path).attachments]) == (1, ["b"])
+    blank(path, second.offset + second.length - 4, 4)
+    assert [*open_recording(path).attachments] == ["a", "b"]
+
+
+def test_an_attached_file_of_no_length_at_the_files_begin_is_damage(path: Path) -> None:
+    index = open_recording(path).summary.attachment_indexes[0]
+    with pytest.raises(UserError, match="attachment 'f'"):
+        attachments_at(path, [replace(index, offset=0, length=0)])
 
 
 def test_the_blank_end_of_an_unfinished_file_is_one_loss(path: Path) -> None:
