@@ -119,6 +119,16 @@ def test_a_stopped_arm_is_not_well_however_it_was_stopped(tmp_path: Path) -> Non
     assert watch.moment().health[1].text == "follows"
 
 
+def test_a_stop_that_is_no_longer_told_is_over(tmp_path: Path) -> None:
+    """An arm agent that has been started anew knows of no stop, and has no lease to publish."""
+    clock = Clock()
+    watch = watched(tmp_path, until_s=1.0, clock=clock)
+    watch.take(Received("arm/lease", 1, ArmLease(1, "mine", "by hand")))
+    clock.now += 2.0 * SILENT_S
+    watch.take(Received("arm/platform", 2, PlatformState(qw=1.0)))
+    assert watch.moment().health[1].text == "follows"
+
+
 def test_a_camera_that_loses_frames_is_not_well(tmp_path: Path) -> None:
     def told_of(status: AgentStatus) -> Health:
         watch = Watched(PLAN, tmp_path / "a.mcap", nominal_hz=90.0, seconds=Clock())
