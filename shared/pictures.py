@@ -8,7 +8,8 @@ from typing import Any
 MOST_PIXELS = 64_000_000
 """The largest camera for a Pi gives 9152 x 6944. Of this size the costliest JPEG unpacks within 430 MB (three colours,
 progressive), a PNG within 130 MB."""
-_PNG = b"\x89PNG\r\n\x1a\n\x00\x00\x00\x0dIHDR"
+_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+_PNG = _SIGNATURE + b"\x00\x00\x00\x0dIHDR"
 _FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
 """JPEG's markers before the size of the picture: start of frame, of whichever coding."""
 _ALONE = {0x01, *range(0xD0, 0xDA)}
@@ -40,12 +41,23 @@ def unpacked_of_any_kind(data: bytes) -> Any:
     import cv2  # noqa: PLC0415  # who only sends and records pictures does without it
     import numpy as np  # noqa: PLC0415
 
-    if not data or too_large(data):
+    if not data or too_large(data) or _overruns(data):
         return None
     try:
         return cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_GRAYSCALE)
     except cv2.error:
         return None
+
+
+def _overruns(data: bytes) -> bool:
+    """True for a PNG of which a part claims to end behind it: OpenCV takes as much memory as a part claims, 4 GB."""
+    position = len(_SIGNATURE)
+    while data.startswith(_SIGNATURE) and position + 8 <= len(data):
+        length, kind = struct.unpack_from(">I4s", data, position)
+        if kind == b"IEND":
+            return False
+        position += 12 + length  # beside the content its length, its kind and a checksum
+    return data.startswith(_SIGNATURE) and position > len(data)
 
 
 def _jpeg_size(data: bytes) -> tuple[int, int] | None:

@@ -17,7 +17,7 @@ from shared import frames, wire
 from shared.clock import SIMULATION_EPOCH_NS as NOW_NS
 from shared.errors import UserError
 from shared.foxglove import CompressedImage
-from shared.pictures import MOST_PIXELS, size_px, unpacked
+from shared.pictures import MOST_PIXELS, size_px, unpacked, unpacked_of_any_kind
 from station.app.retold_picture import RetoldPicture
 from station.recording.mcap_file import McapFile
 from station.recording.reader import Recorded, open_recording
@@ -66,6 +66,18 @@ def test_the_size_is_read_from_the_header(kind: str) -> None:
 def test_what_is_no_picture_has_no_size_and_is_not_unpacked(data: bytes) -> None:
     assert size_px(data) is None
     assert unpacked(data) is None
+
+
+@pytest.mark.parametrize("place", [8, 33])
+def test_a_part_that_claims_to_end_behind_its_picture_takes_no_memory(
+    place: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """OpenCV takes what the length of a part says; the header's is at 8, that of the pixels at 33."""
+    data = png(40)
+    assert unpacked(data) is not None
+    assert unpacked(data + bytes(100)) is not None, "what stands behind a picture is none of it"
+    monkeypatch.setattr(cv2, "imdecode", lambda *_: pytest.fail("it was unpacked"))
+    assert unpacked_of_any_kind(data[:place] + b"\xff\x00\x00\x6a" + data[place + 4 :]) is None
 
 
 def test_bytes_that_fill_the_space_before_a_marker_hide_no_size() -> None:
