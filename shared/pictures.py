@@ -51,13 +51,15 @@ def unpacked_of_any_kind(data: bytes) -> Any:
 
 def _overruns(data: bytes) -> bool:
     """True for a PNG of which a part claims to end behind it: OpenCV takes as much memory as a part claims, 4 GB."""
+    if not data.startswith(_SIGNATURE):
+        return False
     position = len(_SIGNATURE)
-    while data.startswith(_SIGNATURE) and position + 8 <= len(data):
+    while position + 8 <= len(data):
         length, kind = struct.unpack_from(">I4s", data, position)
         if kind == b"IEND":
             return False
         position += 12 + length  # beside the content its length, its kind and a checksum
-    return data.startswith(_SIGNATURE) and position > len(data)
+    return position > len(data)
 
 
 def _jpeg_size(data: bytes) -> tuple[int, int] | None:

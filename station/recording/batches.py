@@ -17,7 +17,7 @@ import numpy as np
 from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
-from station.recording.chunks import messages
+from station.recording.chunks import HEAD, messages
 from station.recording.unpacking import PADDING, Integers, Payloads
 
 _INDEX = struct.Struct("<BQHI")
@@ -26,7 +26,6 @@ _HEADER = np.dtype(
 )
 _PREFIX = 9
 """Bytes of a record before its content: opcode and length."""
-_RECORD = struct.Struct("<BQ")
 
 
 class Batch(NamedTuple):
@@ -128,9 +127,9 @@ def _tiles(records: bytes, size: int, begin: Integers, header: Any) -> bool:
 
 def _others(records: bytes, position: int, end: int) -> bool:
     """True if a stretch is records other than messages."""
-    while position + _RECORD.size <= end:
-        opcode, length = _RECORD.unpack_from(records, position)
+    while position + HEAD.size <= end:
+        opcode, length = HEAD.unpack_from(records, position)
         if opcode == Opcode.MESSAGE:
             return False
-        position += _RECORD.size + length
+        position += HEAD.size + length
     return position == end

@@ -21,7 +21,8 @@ MAX_MESSAGES = 1_000_000
 HELD_BYTES = 256
 """The memory of a message beside its payload: a tuple and its numbers."""
 
-_RECORD = struct.Struct("<BQ")
+HEAD = struct.Struct("<BQ")
+"""The head of a record: its kind (opcode) and the length of what follows."""
 _MESSAGE = struct.Struct("<HIQQ")
 
 
@@ -93,8 +94,8 @@ def messages(records: bytes, *, wanted: Container[int] | None = None, first_plac
     require_few(records)
     try:
         while position < end:
-            opcode, length = _RECORD.unpack_from(records, position)
-            position += _RECORD.size
+            opcode, length = HEAD.unpack_from(records, position)
+            position += HEAD.size
             if opcode == Opcode.MESSAGE:
                 channel, sequence, log_ns, publish_ns = _MESSAGE.unpack_from(records, position)
                 if wanted is None or channel in wanted:
@@ -114,15 +115,15 @@ def require_few(records: bytes) -> None:
     Raises:
         DamageError: if it holds more records than any writer puts into one.
     """
-    if len(records) > MAX_MESSAGES * (_RECORD.size + _MESSAGE.size) and _count(records) > MAX_MESSAGES:
+    if len(records) > MAX_MESSAGES * (HEAD.size + _MESSAGE.size) and _count(records) > MAX_MESSAGES:
         raise DamageError(f"a chunk holds more than {MAX_MESSAGES} messages")
 
 
 def _count(records: bytes) -> int:
     """Counts the records of a chunk, as far as they fit together; no further than to one more than there may be."""
     position, count = 0, 0
-    while position + _RECORD.size <= len(records) and count <= MAX_MESSAGES:
-        position += _RECORD.size + _RECORD.unpack_from(records, position)[1]
+    while position + HEAD.size <= len(records) and count <= MAX_MESSAGES:
+        position += HEAD.size + HEAD.unpack_from(records, position)[1]
         count += 1
     return count
 
@@ -133,8 +134,8 @@ def definitions(records: bytes) -> tuple[list[Schema], list[Channel]]:
     channels: list[Channel] = []
     position = 0
     while position < len(records):
-        opcode, length = _RECORD.unpack_from(records, position)
-        position += _RECORD.size
+        opcode, length = HEAD.unpack_from(records, position)
+        position += HEAD.size
         if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
             stream = ReadDataStream(io.BytesIO(records[position : position + length]))
             if opcode == Opcode.SCHEMA:

@@ -19,7 +19,7 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, AttachmentIndex, Metadata, MetadataIndex
 
 from station.recording.bounded import BROKEN, read_at
-from station.recording.chunks import DamageError
+from station.recording.chunks import HEAD, DamageError
 from station.recording.indexed import damaged
 from station.recording.provenance import CHECKSUM, is_intact
 
@@ -63,7 +63,7 @@ def attachments_at(path: Path, indexes: Sequence[AttachmentIndex]) -> dict[str, 
         sealed = any_has_checksum(file, indexes)
         for index in indexes:
             try:
-                record = attachment_of(read_at(file, index.offset, index.length)[9:], sealed=sealed)
+                record = attachment_of(read_at(file, index.offset, index.length)[HEAD.size :], sealed=sealed)
             except BROKEN as error:
                 raise damaged(path, f"attachment '{index.name}' ({error})") from error
             found[record.name] = record.data
@@ -114,11 +114,11 @@ def _record_at(path: Path, index: MetadataIndex) -> Found:
     try:
         with path.open("rb") as file:
             content = read_at(file, index.offset, index.length)
-        record = Metadata.read(ReadDataStream(io.BytesIO(content[9:])))
-        head = bytes([Opcode.METADATA]) + (index.length - 9).to_bytes(8, "little")
+        record = Metadata.read(ReadDataStream(io.BytesIO(content[HEAD.size :])))
+        head = HEAD.pack(Opcode.METADATA, index.length - HEAD.size)
     except BROKEN as error:
         raise damaged(path, f"metadata '{index.name}' ({error})") from error
-    return Found(index.name, record.metadata, whole=content[:9] == head and record.name == index.name)
+    return Found(index.name, record.metadata, whole=content[: HEAD.size] == head and record.name == index.name)
 
 
 def described(found: Sequence[Found]) -> Described:

@@ -16,10 +16,10 @@ from mcap.stream_reader import StreamReader
 from mcap.summary import Summary
 
 from station.recording.bounded import read_at
-from station.recording.chunks import DamageError
+from station.recording.chunks import HEAD, DamageError
 from station.recording.mcap_file import MAGIC
 
-FOOTER_BYTES = 9 + 20
+FOOTER_BYTES = HEAD.size + 20
 MAX_INDEX_BYTES = 64 * 1024 * 1024
 """The largest index: a day of chunks of one second with twenty topics each has 25 MB. As objects it takes ten times."""
 _BLOCK_BYTES = 1 << 20
@@ -33,7 +33,7 @@ def read_index(file: BinaryIO) -> Summary | None:
         errors in `BROKEN`: if it is none.
     """
     end = file.seek(0, 2) - len(MAGIC)
-    start, _, crc = struct.unpack_from("<QQI", read_at(file, end - FOOTER_BYTES, FOOTER_BYTES), 9)
+    start, _, crc = struct.unpack_from("<QQI", read_at(file, end - FOOTER_BYTES, FOOTER_BYTES), HEAD.size)
     if not start:
         return None
     if start > end - FOOTER_BYTES or (crc and _checksum(file, start, end - 4) != crc):

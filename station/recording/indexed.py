@@ -14,7 +14,7 @@ from mcap.summary import Summary
 from shared.errors import UserError
 from station.recording.batches import Unpacked
 from station.recording.bounded import BROKEN, read_at
-from station.recording.chunks import DamageError, RawMessage, chunk_of, messages, unpack
+from station.recording.chunks import HEAD, DamageError, RawMessage, chunk_of, messages, unpack
 from station.recording.places import Places, named
 
 
@@ -84,7 +84,7 @@ class IndexedChunks:
 
     def _records(self, file: BinaryIO, index: ChunkIndex) -> bytes:
         try:
-            chunk = chunk_of(read_at(file, index.chunk_start_offset, index.chunk_length)[9:])
+            chunk = chunk_of(read_at(file, index.chunk_start_offset, index.chunk_length)[HEAD.size :])
             if chunk.uncompressed_size != index.uncompressed_size:
                 raise DamageError("a chunk is not as large as the index says")
             return unpack(chunk)

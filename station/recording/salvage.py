@@ -13,14 +13,14 @@ from mcap.summary import Summary
 
 from shared.errors import UserError
 from station.recording.bounded import BROKEN
-from station.recording.chunks import RawMessage, chunk_of, definitions, messages, require_few
+from station.recording.chunks import HEAD, RawMessage, chunk_of, definitions, messages, require_few
 from station.recording.described import any_has_checksum, attachment_of, metadata_of
 from station.recording.index import has_checksum, read_index
 from station.recording.mcap_file import MAGIC
 from station.recording.places import places_of
 from station.recording.recorded import class_of, message_of
 from station.recording.room import BombError, Room
-from station.recording.walk import HEAD, Gap, Record, holds_nothing, walk
+from station.recording.walk import Gap, Record, holds_nothing, walk
 
 
 @dataclass(slots=True)
@@ -85,7 +85,8 @@ class Salvage:
             return None
 
     def _read_records(self, file: BinaryIO, summary: Summary | None) -> Iterator[Block | Attachment | Metadata]:
-        size, room = file.seek(0, 2), Room(file.seek(0, 2))
+        size = file.seek(0, 2)
+        room = Room(size)
         sure = summary if summary is not None and has_checksum(file) else None
         self._sealed = sure is not None and any_has_checksum(file, sure.attachment_indexes)
         for record in walk(file, places_of(sure, size=size)):

@@ -10,15 +10,13 @@ from typing import BinaryIO
 from mcap.opcode import Opcode
 
 from station.recording.bounded import read_at
-from station.recording.chunks import MAX_CHUNK_BYTES, DamageError
+from station.recording.chunks import HEAD, MAX_CHUNK_BYTES, DamageError
+from station.recording.index import FOOTER_BYTES
 from station.recording.mcap_file import MAGIC
 from station.recording.places import Place, Places
 
-HEAD = struct.Struct("<BQ")
-"""The kind of a record (its opcode) and the length of what follows."""
 _DATA_END_BYTES = 4
 """The length of the record that ends the data: its CRC alone."""
-_FOOTER_BYTES = 20
 _MESSAGE_INDEX = struct.Struct("<HI")
 _OF_INDEX = {
     Opcode.CHUNK_INDEX,
@@ -68,7 +66,7 @@ def walk(file: BinaryIO, places: Places) -> Iterator[Record | Gap]:
 def _is_end(record: Record, *, behind: int) -> bool:
     """True for the end of the data, and for the footer, before which that end was not recognized."""
     if record.opcode == Opcode.FOOTER:
-        return len(record.content) == _FOOTER_BYTES and behind == len(MAGIC)
+        return HEAD.size + len(record.content) == FOOTER_BYTES and behind == len(MAGIC)
     return record.opcode == Opcode.DATA_END and len(record.content) == _DATA_END_BYTES
 
 

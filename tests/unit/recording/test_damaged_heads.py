@@ -10,11 +10,12 @@ from typing import Any
 import pytest
 from mcap.opcode import Opcode
 
+from station.recording.chunks import HEAD
 from station.recording.mcap_file import MAGIC, McapFile
 from station.recording.places import places_of
 from station.recording.reader import RecordingReader, open_recording
 from station.recording.repair import Repaired, repair
-from station.recording.walk import HEAD, Record, walk
+from station.recording.walk import Record, walk
 from station.recording.writer import PARTIAL, Recording
 from tests.unit.recording import session
 
