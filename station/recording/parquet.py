@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from shared.errors import UserError
+from station.recording.parquet_values import values_of
 
 MOST_ROWS = 1_000_000
 """Three hours of frames at 90 Hz, or fifty times the longest session; as samples they take 0.6 GB."""
@@ -40,13 +41,10 @@ def read_parquet(path: Path) -> Any:
 
 def _require_within(path: Path, metadata: Any, leaves: Sequence[Any]) -> None:
     groups = [metadata.row_group(number) for number in range(metadata.num_row_groups)]
-    counts = [
-        (group.column(number).num_values, leaf)
-        for group in groups
-        for number, leaf in zip(range(group.num_columns), leaves, strict=False)
-    ]
-    cells = sum(count for count, _ in counts)
     _refuse(path, "rows", metadata.num_rows, MOST_ROWS)
+    listed = any(leaf.max_repetition_level for leaf in leaves)
+    counts = list(zip(values_of(path) if listed else [metadata.num_rows] * len(leaves), leaves, strict=False))
+    cells = sum(count for count, _ in counts)
     _refuse(path, "cells", max(cells, metadata.num_rows * metadata.num_columns), MOST_CELLS)
     packed = sum(group.total_byte_size for group in groups)
     # A value of a fixed length may stand in the file once, but in memory it stands in each row.

@@ -47,6 +47,19 @@ def test_items_of_lists_count_as_cells(tmp_path: Path) -> None:
         read_parquet(written(tmp_path / "a.parquet", euler_rad=column))
 
 
+@pytest.mark.parametrize("read", READERS)
+def test_a_table_whose_account_of_its_columns_is_damaged_is_refused(
+    tmp_path: Path, read: Callable[[Path], object]
+) -> None:
+    """pyarrow ends the process that asks for these columns: it throws, and its binding does not catch."""
+    path = written(tmp_path / "a.parquet", euler_rad=pa.array([[0.1], [0.2]]))
+    optional, required = bytes.fromhex("250218") + b"\x07element", bytes.fromhex("250018") + b"\x07element"
+    assert path.read_bytes().count(optional) == 1
+    path.write_bytes(path.read_bytes().replace(optional, required))
+    with pytest.raises(UserError, match="damaged"):
+        read(path)
+
+
 @pytest.mark.parametrize("listed", [False, True])
 def test_one_long_text_does_not_stand_in_every_row(tmp_path: Path, *, listed: bool) -> None:
     texts = repeated("x" * 1_000_000, 300)
