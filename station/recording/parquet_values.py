@@ -1,4 +1,4 @@
-"""How many values the columns of a Parquet table hold: `python -m station.recording.parquet_values FILE` prints it.
+"""Counts the values that the columns of a Parquet table hold: `python -m station.recording.parquet_values FILE`.
 
 A list's items are counted by the file's own account of its columns alone. Where that is damaged pyarrow throws and its
 binding does not catch, which ends the process. So another process looks, and where it ends the file is refused.
