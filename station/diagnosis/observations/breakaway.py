@@ -20,16 +20,10 @@ from typing import Protocol
 
 import numpy as np
 
-from station.diagnosis.observations.breakaway_kernel import (
-    SPEEDS_M_S,
-    STEP_S,
-    Laws,
-    Rows,
-    cubics,
-    log_likelihoods,
-)
+from station.diagnosis.observations.breakaway_marginal import log_likelihoods
 from station.diagnosis.observations.breakaway_search import Sloped
-from station.diagnosis.observations.breakaway_slopes import Along, sloped
+from station.diagnosis.observations.breakaway_slopes import sloped
+from station.diagnosis.observations.breakaway_tables import SPEEDS_M_S, STEP_S, Along, Laws, Rows, cubics
 from station.diagnosis.observations.early import Early
 from station.diagnosis.observations.first_look import Look
 from station.diagnosis.observations.plate import Times
@@ -188,9 +182,7 @@ class Breakaways:
 
     def log_likelihoods(self, law: Falling) -> Array:
         """Log likelihood (r, k) of each moment, with the log prior of the friction that it implies."""
-        out = np.empty(self.tried_s.shape)
-        log_likelihoods(self.tried_s, self.rows, law.of_runs(len(self.runs)), out)
-        return out + self.log_expected
+        return log_likelihoods(self.tried_s, self.rows, law.of_runs(len(self.runs))) + self.log_expected
 
     def chances(self, law: Falling) -> Array:
         """Probability (r, k) of each moment; those of a run sum to 1."""

@@ -1,5 +1,12 @@
 # ruff: noqa: PLR0917 (compiled functions take no keyword-only arguments)
-"""The compiled kernel of `breakaway`: paths of released blocks, and the likelihood of each moment of slip."""
+"""The compiled kernel of `breakaway`: the paths of a block that is released at some moments, and their slopes.
+
+The moments of a run are followed side by side, from grid point to grid point: a step is a long chain of operations, and
+while one waits for another, a processor goes on with the next moment's. One after another they took 1.5 times as long.
+
+The slopes of a path by the numbers of a law follow the differentiated steps of its integration (the variational
+equation; Hairer, Nørsett & Wanner 1993, I.14), which are linear.
+"""
 
 from __future__ import annotations
 
@@ -8,192 +15,167 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from station.diagnosis.compiled import compiled
-from station.physics.contact import Array
+from station.diagnosis.observations.breakaway_tables import COUNT, ROOT, STEP_S
 
-STEP_S = 4e-3
+SPEED, WAY, GAIN, SPEED_D, WAY_D, GAIN_D, STEEP, FRICTION, NOW = range(9)
+"""The parts of a state: speed, m/s, way, m, acceleration, m/s², and their slopes by D; and for the path alone the slope
+of the acceleration by the speed, 1/s, the ratio of pull and press at the release, and the time, s."""
 
-ROOT, COUNT = 6e-3, 112
-SPEEDS_M_S: Array = np.square(ROOT * np.arange(COUNT))
-"""Laws are tabulated at these speeds: finely where blocks break away, and up to 0.44 m/s."""
-
-UNLIKELY = -1e9
-"""The log likelihood of a path whose slope by D overflows, as where friction falls steeply at next to no speed. A
-moment of slip that is no number would be looked up beyond the tables."""
-
-SPAN, HOLDS, STEEP, BEND, AT, REST, LAG, GUESS_D, FASTER_D, ON, MOVES = range(11)
-PARTS = 11
-"""The parts of a step: duration, s; what static friction holds, m/s²; slope and curvature of the acceleration by the
-speed; the guessed speed's interval of the tables and its share of it; how far the speed ends from the guess, m/s; the
-slopes of guess and speed by D; 0 where the guess, and where the speed, stays 0."""
+FROM, AT, RISE, FROM_D, AT_D, RISE_D, SINCE, SPAN = range(8)
+"""The parts of a step: way, m, and speed, m/s, when it begins, by how much the speed rises, m/s, and their slopes by D;
+and for the path alone the time when it begins, and how long it takes, s."""
 
 
-class Laws(NamedTuple):
-    """Laws of sliding friction (g, COUNT - 1, 4), as cubics between SPEEDS_M_S; each run (r,) follows one of them."""
+class Shot(NamedTuple):
+    """Blocks released at k moments: their paths and the slopes of these by q numbers, at n frames.
 
-    held: Array
-    """Ratio of sliding to static friction."""
-    slowing_m_s2: Array
-    of_run: Any
-    spread: float
-    """Standard deviation of the runs' random effects on `held`."""
-    creep_m: float
-    """Standard deviation of the creep before the slip, per relative rise of the tilt's sine."""
-
-
-def cubics(table: Array) -> Array:
-    """The cubics (…, COUNT - 1, 4) through a table, by powers of the share of their interval.
-
-    `table` (…, n) has the values at the n = COUNT speeds SPEEDS_M_S, in a unit of its own. The cubics' slopes are
-    continuous (Fritsch & Carlson 1980, SIAM J. Numer. Anal. 17, 238, eq. 1). A path's slope by D follows the law's own
-    slope: where that jumps from interval to interval, the likelihood is a staircase.
+    `ways` (k, q + 1, n), m, have the path before its slopes, and `bends` the slopes of these by D. `begin` (k,) is the
+    first frame after each moment, and `node` (k,) the grid point before it. `states` (k, q + 1, 9) are those at the
+    grid point that has been reached, and `steps` (k, q + 1, 8) those that end there.
     """
-    width, rise = np.diff(SPEEDS_M_S), np.diff(table)
-    slope = np.gradient(table, SPEEDS_M_S, axis=-1, edge_order=2)
-    first, last = width * slope[..., :-1], width * slope[..., 1:]
-    return np.stack([table[..., :-1], first, 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise], axis=-1)
 
-
-class Rows(NamedTuple):
-    """Runs (r,), each row padded: pull and press, m/s², on even grids of STEP_S (r, m), and the frames (r, n)."""
-
-    first_s: Array
-    pull: Array
-    press: Array
-    count: Any
-    """Number of frames (r,)."""
-    time_s: Array
-    path_m: Array
-    sine: Array
-    """Sine of the plate's tilt at the frames (r, n)."""
-    sigma_m: Array
+    ways: Any
+    bends: Any
+    begin: Any
+    node: Any
+    states: Any
+    steps: Any
 
 
 @compiled
-def log_likelihoods(tried: Any, rows: Any, laws: Any, out: Any) -> None:
-    """Writes each moment's log likelihood (r, k) to `out`; place (flat prior), creep and D are integrated out."""
-    width = rows.time_s.shape[1]
-    shot, crept, steps = np.empty((2, width)), np.empty(width), np.empty((rows.pull.shape[1] + 2, PARTS))
-    for run in range(tried.shape[0]):
-        size = rows.count[run]
-        for m in range(tried.shape[1]):
-            begin = shoot(rows, run, tried[run, m], laws, shot, steps)
-            columns(rows, run, begin, laws, shot, crept)
-            out[run, m] = marginal(shot[0], crept, shot[1], size) - size * np.log(rows.sigma_m[run])
+def room(moments: int, numbers: int, frames: int) -> Any:
+    """Room for a `Shot`."""
+    rows = numbers + 1
+    return Shot(
+        np.zeros((moments, rows, frames)), np.zeros((moments, rows, frames)),
+        np.zeros(moments, np.int64), np.zeros(moments, np.int64),
+        np.zeros((moments, rows, 9)), np.zeros((moments, rows, 8)),
+    )  # fmt: skip
 
 
 @compiled
-def columns(rows: Any, run: int, begin: int, laws: Any, shot: Any, crept: Any) -> None:
-    """Writes the creep's column, and makes of a path and its slope by D the residuals and D's column, over the noise.
-
-    `begin` is the first frame after the release.
-    """
-    left, slope = shot
-    sigma = rows.sigma_m[run]
-    for i in range(rows.count[run]):
-        risen = min(rows.sine[run, i] / rows.sine[run, begin] - 1.0, 0.0) if i < begin else 0.0
-        crept[i] = risen * laws.creep_m / sigma
-        slope[i] *= laws.spread / sigma
-        left[i] = (rows.path_m[run, i] - left[i]) / sigma
-
-
-@compiled
-def shoot(rows: Any, run: int, start: float, laws: Any, shot: Any, steps: Any) -> int:
-    """Writes a block's path, released at `start`, and its slope by D at a run's frames; returns the first frame.
+def shoot(rows: Any, run: int, starts: Any, laws: Any, along: Any, shot: Any) -> None:
+    """Writes to `shot` the paths, at a run's frames, of blocks released at `starts` (k,), s.
 
     It integrates by Heun's rule from grid point to grid point; friction is looked up once a step, at the rule's guess,
-    and continued from there along its slope. The frame returned is the first one after `start`. Each step's row of
-    `steps` (m, PARTS) gets what its slopes need.
+    and continued from there along its slope.
     """
     pull, press, time, size = rows.pull[run], rows.press[run], rows.time_s[run], rows.count[run]
-    held_at, slowed_at = laws.held[laws.of_run[run]], laws.slowing_m_s2[laws.of_run[run]]
-    path, slope = shot
-    place = (start - rows.first_s[run]) / STEP_S
+    of_run, count, first_s = laws.of_run[run], len(starts), rows.first_s[run]
+    law = laws.held[of_run], laws.slowing_m_s2[of_run], along.held[:, of_run], along.slowing_m_s2[:, of_run]
+    ways, bends, begin, nodes, states, steps = shot
+    for m in range(count):
+        nodes[m] = _release(pull, press, (starts[m] - first_s) / STEP_S, starts[m], law, states[m])
+        begin[m] = _stand(time, size, starts[m], ways[m], bends[m])
+    node, frame = nodes.min(), begin.min()
+    while frame < size:
+        node += 1
+        last, after = min(node, len(pull) - 1), first_s + node * STEP_S
+        _step(pull[last], press[last], node, after, law, nodes, states, steps)
+        while frame < size and time[frame] <= after:
+            for m in range(count):
+                if begin[m] <= frame:
+                    _look(time[frame], steps, m, ways, bends, frame)
+            frame += 1
+
+
+@compiled
+def _release(pull: Any, press: Any, place: float, start: float, law: Any, states: Any) -> int:
+    """Writes the state at the release; returns the grid point before it."""
+    held, slowing, by_held, by_slowing = law
     node = int(place)
     part = place - node
     pulled = pull[node] + part * (pull[node + 1] - pull[node])
     pressed = press[node] + part * (press[node + 1] - press[node])
-    friction = pulled / pressed
-    now, speed, way, speed_d, way_d = start, 0.0, 0.0, 0.0, 0.0
-    steps[node, HOLDS] = gain_d = pulled
-    gain, steep, _ = slowed(held_at[0], slowed_at[0], pulled, 0.0, ROOT * ROOT)
-    gain += pulled
-    k = 0
-    while k < size - 1 and time[k] <= start:
-        path[k] = slope[k] = 0.0
-        k += 1
-    begin = k
-    while k < size:
-        node += 1
-        last = min(node, len(pull) - 1)
-        after = rows.first_s[run] + node * STEP_S
+    states[:] = 0.0
+    gain, steep, _ = _slowed(held, slowing, 0, pulled, 0.0)
+    states[0, GAIN], states[0, GAIN_D], states[0, STEEP] = gain + pulled, pulled, steep
+    states[0, FRICTION], states[0, NOW] = pulled / pressed, start
+    for j in range(len(by_held)):
+        states[j + 1, GAIN], _, _ = _slowed(by_held[j], by_slowing[j], 0, pulled, 0.0)
+    return node
+
+
+@compiled
+def _stand(time: Any, size: int, start: float, ways: Any, bends: Any) -> int:
+    """Writes a path that stands still up to the release; returns the first frame after it."""
+    frame = 0
+    while frame < size - 1 and time[frame] <= start:
+        ways[:, frame] = 0.0
+        bends[:, frame] = 0.0
+        frame += 1
+    return frame
+
+
+@compiled
+def _step(pull: float, press: float, node: int, after: float, law: Any, nodes: Any, states: Any, steps: Any) -> None:
+    """Takes one step to a grid point, at the time `after`, s, with all blocks that have been released.
+
+    A name with _d is the derivative by D, one with _j that by another number, and one with _dj that of both.
+    """
+    held, slowing, by_held, by_slowing = law
+    for m in range(len(nodes)):
+        if nodes[m] >= node:
+            continue
+        now, friction = states[m, 0, NOW], states[m, 0, FRICTION]
+        speed, gain, steep = states[m, 0, SPEED], states[m, 0, GAIN], states[m, 0, STEEP]
+        speed_d, gain_d = states[m, 0, SPEED_D], states[m, 0, GAIN_D]
         span = after - now
         guess = max(speed + span * gain, 0.0)
-        at, rest, width = _interval(guess)
-        holds = press[last] * friction
-        then, steep_then, bend_then = slowed(held_at[at], slowed_at[at], holds, rest, width)
-        then += pull[last]
+        at = min(int(np.sqrt(guess) / ROOT), COUNT - 2)
+        rest = guess - (ROOT * at) ** 2
+        holds = press * friction
+        then, steep_then, bend_then = _slowed(held, slowing, at, holds, rest)
+        then += pull
         faster = speed + 0.5 * span * (gain + then)
         guess_d = speed_d + span * (gain_d + steep * speed_d)
         faster_d = speed_d + 0.5 * span * (gain_d + steep * speed_d + holds + steep_then * guess_d)
         if faster <= 0.0:
             faster = faster_d = 0.0
-        step = steps[node]
-        step[SPAN], step[HOLDS], step[AT], step[REST] = span, holds, at, rest
-        step[STEEP], step[BEND], step[LAG] = steep_then, bend_then, faster - guess
-        step[GUESS_D], step[FASTER_D], step[ON], step[MOVES] = guess_d, faster_d, guess > 0.0, faster > 0.0
-        bend, bend_d = (faster - speed) / span, (faster_d - speed_d) / span
-        while k < size and time[k] <= after:
-            since = time[k] - now
-            path[k] = way + since * (speed + 0.5 * bend * since)
-            slope[k] = way_d + since * (speed_d + 0.5 * bend_d * since)
-            k += 1
-        way += 0.5 * span * (speed + faster)
-        way_d += 0.5 * span * (speed_d + faster_d)
-        gain, gain_d, steep = then + steep_then * (faster - guess), holds, steep_then
-        speed, speed_d, now = faster, faster_d, after
-    return begin
+        _go(states, steps, m, 0, span, faster, faster_d)
+        states[m, 0, GAIN], states[m, 0, GAIN_D] = then + steep_then * (faster - guess), holds
+        states[m, 0, STEEP], states[m, 0, NOW], steps[m, 0, SINCE], steps[m, 0, SPAN] = steep_then, after, now, span
+        on, moves = guess > 0.0, faster > 0.0
+        for j in range(len(by_held)):
+            speed_j, gain_j = states[m, j + 1, SPEED], states[m, j + 1, GAIN]
+            speed_dj, gain_dj = states[m, j + 1, SPEED_D], states[m, j + 1, GAIN_D]
+            guess_j = (speed_j + span * gain_j) * on
+            force_j, steep_j, _ = _slowed(by_held[j], by_slowing[j], at, holds, rest)
+            steep_j += bend_then * guess_j
+            faster_j = (speed_j + 0.5 * span * (gain_j + steep_then * guess_j + force_j)) * moves
+            guess_dj = speed_dj + span * gain_dj
+            then_dj = steep_then * guess_dj + steep_j * guess_d
+            faster_dj = (speed_dj + 0.5 * span * (gain_dj + then_dj)) * moves
+            _go(states, steps, m, j + 1, span, faster_j, faster_dj)
+            states[m, j + 1, GAIN] = steep_then * faster_j + force_j + steep_j * (faster - guess)
+            states[m, j + 1, GAIN_D] = steep_then * faster_dj + steep_j * faster_d
 
 
 @compiled
-def _interval(speed: float) -> tuple[int, float, float]:
-    """The interval of the tables that a speed is in, the share of it that is below the speed, and its width, m/s."""
-    at = min(int(np.sqrt(speed) / ROOT), COUNT - 2)
-    width = ROOT * ROOT * (2 * at + 1)
-    return at, (speed - (ROOT * at) ** 2) / width, width
+def _go(states: Any, steps: Any, m: int, j: int, span: float, faster: float, faster_d: float) -> None:
+    """Writes a step that ends with the speed `faster`, m/s, and its slope by D, and takes it."""
+    speed, way, speed_d, way_d = states[m, j, SPEED], states[m, j, WAY], states[m, j, SPEED_D], states[m, j, WAY_D]
+    steps[m, j, FROM], steps[m, j, AT], steps[m, j, RISE] = way, speed, faster - speed
+    steps[m, j, FROM_D], steps[m, j, AT_D], steps[m, j, RISE_D] = way_d, speed_d, faster_d - speed_d
+    states[m, j, WAY] = way + 0.5 * span * (speed + faster)
+    states[m, j, WAY_D] = way_d + 0.5 * span * (speed_d + faster_d)
+    states[m, j, SPEED], states[m, j, SPEED_D] = faster, faster_d
 
 
 @compiled
-def slowed(held: Any, slowing: Any, holds: float, rest: float, width: float) -> tuple[float, float, float]:
+def _look(time: float, steps: Any, m: int, ways: Any, bends: Any, frame: int) -> None:
+    """Writes the last step's place, and the slopes of it, at a frame's time, s."""
+    since = time - steps[m, 0, SINCE]
+    part = 0.5 * since / steps[m, 0, SPAN]
+    for j in range(steps.shape[1]):
+        ways[m, j, frame] = steps[m, j, FROM] + since * (steps[m, j, AT] + part * steps[m, j, RISE])
+        bends[m, j, frame] = steps[m, j, FROM_D] + since * (steps[m, j, AT_D] + part * steps[m, j, RISE_D])
+
+
+@compiled
+def _slowed(held: Any, slowing: Any, at: int, holds: float, rest: float) -> tuple[float, float, float]:
     """The acceleration (m/s²) by friction and drag within one interval of the tables, its slope and its curvature."""
-    c0, c1 = holds * held[0] + slowing[0], holds * held[1] + slowing[1]
-    c2, c3 = holds * held[2] + slowing[2], holds * held[3] + slowing[3]
+    c0, c1 = holds * held[at, 0] + slowing[at, 0], holds * held[at, 1] + slowing[at, 1]
+    c2, c3 = holds * held[at, 2] + slowing[at, 2], holds * held[at, 3] + slowing[at, 3]
     steep = c1 + rest * (2.0 * c2 + 3.0 * rest * c3)
-    bend = 2.0 * c2 + 6.0 * rest * c3
-    return -(c0 + rest * (c1 + rest * (c2 + rest * c3))), -steep / width, -bend / (width * width)
-
-
-@compiled
-def marginal(value: Any, one: Any, two: Any, size: int) -> float:
-    """Log likelihood of values (n,): a level, standard Gaussians times columns `one` and `two`, and unit noise.
-
-    It is UNLIKELY where the columns are too large for it.
-    """
-    level = mean_one = mean_two = 0.0
-    for i in range(size):
-        level += value[i] / size
-        mean_one += one[i] / size
-        mean_two += two[i] / size
-    square = at_one = at_two = one_two = 0.0
-    one_one = two_two = 1.0
-    for i in range(size):
-        left, first, second = value[i] - level, one[i] - mean_one, two[i] - mean_two
-        square += left * left
-        at_one += first * left
-        at_two += second * left
-        one_one += first * first
-        one_two += first * second
-        two_two += second * second
-    volume = one_one * two_two - one_two * one_two
-    explained = (two_two * at_one * at_one - 2.0 * one_two * at_one * at_two + one_one * at_two * at_two) / volume
-    found = -0.5 * (square - explained + np.log(volume))
-    return found if np.isfinite(found) else UNLIKELY
+    return -(c0 + rest * (c1 + rest * (c2 + rest * c3))), -steep, -(2.0 * c2 + 6.0 * rest * c3)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from shared.geometry import Array
-from station.diagnosis.observations.breakaway_kernel import COUNT, UNLIKELY, Laws, cubics, marginal
-from station.diagnosis.observations.breakaway_slopes import Along
+from station.diagnosis.observations.breakaway_marginal import UNLIKELY, marginal
+from station.diagnosis.observations.breakaway_tables import COUNT, Along, Laws, cubics
 from tests.unit.diagnosis.test_swing import paths, session
 
 
