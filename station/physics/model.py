@@ -12,7 +12,7 @@ import numpy as np
 from shared.errors import UserError
 from station.physics.catalogue import Catalogue
 from station.physics.checked import a_table, number, only
-from station.physics.contact import GRAVITY_M_S2, Array, Contact, View
+from station.physics.contact import Array, Contact, View
 from station.physics.effect import HOOKS, Effect, Values
 from station.physics.smooth import Unnamed
 from station.physics.smooth_table import smooth_of_tables, table_of_smooth
@@ -115,8 +115,7 @@ class Model:
     def _spare_m_s2(self, contact: Contact) -> Array:
         """The reserve (n,), m/s², of the model's friction beyond gravity and pushes, on a plate that does not move."""
         push = self.push(contact)
-        pull = GRAVITY_M_S2 * np.sin(contact.tilt_rad) + np.cos(contact.down_rad) * push[:, 0]
-        pull = pull + np.sin(contact.down_rad) * push[:, 1]
+        pull = contact.pulling_m_s2 + contact.down[:, 0] * push[:, 0] + contact.down[:, 1] * push[:, 1]
         return self.friction(contact) * (contact.pressing_m_s2 - push[:, 2]) - pull
 
     def seen(self, view: View) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import REST, Channel, Rows
 from station.diagnosis.observations.moments import Latest, Moments
-from station.physics.contact import GRAVITY_M_S2, Array, View
+from station.physics.contact import Array, View
 from station.physics.model import Model
 
 CREEP_POINTS = 49
@@ -91,8 +91,7 @@ class Rest(PlateMarks):
         super().__init__(rows, moved_m, view, start)
         resting = creeping.reported
         holds = np.tan(limit_rad) * resting.pressing_m_s2
-        pulls = GRAVITY_M_S2 * np.sin(resting.tilt_rad)
-        self._resting, self._creep_s = replace(resting, spare_m_s2=holds - pulls), creep_s
+        self._resting, self._creep_s = replace(resting, spare_m_s2=holds - resting.pulling_m_s2), creep_s
         self._crept = Latest(self._crept_under, ("creep",))
 
     def _predicted(self, model: Model) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 
 from station.diagnosis.observations.driving import fictitious
 from station.diagnosis.observations.plate import Attitude, Times, turned
-from station.physics.contact import GRAVITY_M_S2, Array, Bools, Contact
+from station.physics.contact import Array, Bools, Contact
 from station.physics.effect import Effect, Values
 from station.physics.model import Model
 
@@ -262,9 +262,9 @@ class Moments:
 
 def _load(contact: Contact, inertial: Array) -> Load:
     """The loads by gravity at the contact's tilt and by inertial forces per mass (n, 3 or 3)."""
-    pull, down = GRAVITY_M_S2 * np.sin(contact.tilt_rad), contact.down_rad
-    tangential = np.array([pull * np.cos(down), pull * np.sin(down)]).T + inertial[..., :2]
-    normal = GRAVITY_M_S2 * np.cos(contact.tilt_rad) - inertial[..., 2]
+    pull, down = contact.pulling_m_s2, contact.down
+    tangential = np.array([pull * down[:, 0], pull * down[:, 1]]).T + inertial[..., :2]
+    normal = contact.pressing_m_s2 - inertial[..., 2]
     return Load(contact, tangential, np.maximum(normal, LEAST_M_S2))
 
 
@@ -277,7 +277,7 @@ def still(contact: Contact) -> Contact:
 def _turned(contact: Contact, turn: Array) -> Contact:
     """The contact on a plate that is turned by small rotation vectors (n, 3), in P, from the reported attitude."""
     level = np.sin(contact.tilt_rad)
-    x, y, z = level * np.cos(contact.down_rad), level * np.sin(contact.down_rad), -np.cos(contact.tilt_rad)
+    x, y, z = level * contact.down[:, 0], level * contact.down[:, 1], -np.cos(contact.tilt_rad)
     # The plate turns by +w, so what is fixed in the world, such as gravity, turns by −w as the plate sees it.
     turn_x, turn_y, turn_z = turn.T
     new_x, new_y, new_z = x - turn_y * z + turn_z * y, y - turn_z * x + turn_x * z, z - turn_x * y + turn_y * x
