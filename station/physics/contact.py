@@ -102,6 +102,12 @@ class Contact:
         return unit(self.way_rad)
 
     @cached_property
+    def still(self) -> Contact:
+        """The same contacts on a plate that does not move."""
+        none = np.zeros((len(self), 3))
+        return replace(self, rate_rad_s=none, acceleration_rad_s2=none)
+
+    @cached_property
     def tilt_axis(self) -> Array:
         """Unit vector in P (n, 3) about which a positive tilt has turned the plate from level: normal × descent.
 
