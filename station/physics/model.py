@@ -45,8 +45,11 @@ class Model:
     @cached_property
     def _acting(self) -> Mapping[str, tuple[Term, ...]]:
         """The acting terms by hook, cached: channels ask for them some hundred thousand times a diagnosis."""
-        acting = [term for term in self.terms if not term.effect.is_null(term.values)]
-        return {hook: tuple(term for term in acting if hook in term.effect.acts_through()) for hook in HOOKS}
+        found: dict[str, tuple[Term, ...]] = dict.fromkeys(HOOKS, ())
+        for term in self.terms:
+            if not term.effect.is_null(term.values):
+                found |= {hook: (*found[hook], term) for hook in term.effect.acts_through()}
+        return found
 
     @property
     def turns(self) -> bool:
@@ -149,7 +152,7 @@ def _sum(parts: Iterable[Array | float | None], shape: tuple[int, ...]) -> Array
     total = np.zeros(shape)
     for part in parts:
         if part is not None:
-            total = total + part
+            total += part
     return total
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import REST, Channel, Rows
 from station.diagnosis.observations.moments import Latest, Moments
-from station.physics.contact import Array, View
+from station.physics.contact import Array, View, middle
 from station.physics.model import Model
 
 CREEP_POINTS = 49
@@ -40,7 +40,7 @@ class PlateMarks(Channel):
 
     def _predicted(self, model: Model) -> Array:
         """The predicted apparent motion (n, 2), m."""
-        return (model.seen(self._view) - model.seen(self._start)).mean(axis=1)
+        return middle(model.seen(self._view) - model.seen(self._start))
 
 
 class Mount(Channel):
@@ -101,7 +101,7 @@ class Rest(PlateMarks):
     def _crept_under(self, model: Model) -> Array:
         """The creep's part of the predicted motion (n, 2), m."""
         velocity = model.creep(self._resting).reshape(len(self), CREEP_POINTS, 2)
-        return (velocity * self._creep_s[..., None]).sum(axis=1)
+        return np.einsum("nki,nk->ni", velocity, self._creep_s)
 
 
 class Sensor(Channel):

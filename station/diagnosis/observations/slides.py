@@ -12,7 +12,7 @@ from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import ACROSS, ALONG, Channel, Rows
 from station.diagnosis.observations.moments import Latest, Load, Moments
 from station.diagnosis.observations.windows import WEIGHTS
-from station.physics.contact import Array, Contact, View, unit
+from station.physics.contact import Array, Contact, View, middle, unit
 from station.physics.dissipation import support_slope
 from station.physics.effect import Effect
 from station.physics.model import Model, Term
@@ -88,7 +88,7 @@ class Motion:
         first, middle, last = moved.reshape(-1, len(WEIGHTS), 2).transpose(1, 0, 2)
         times_ns = self.moments.time_ns.reshape(-1, len(WEIGHTS))
         half_s = 0.5e-9 * (times_ns[:, -1] - times_ns[:, 0])
-        begin, _, end = self.view.point_m.mean(axis=1).reshape(-1, len(WEIGHTS), 2).transpose(1, 0, 2)
+        begin, _, end = self.view.centre_m.reshape(-1, len(WEIGHTS), 2).transpose(1, 0, 2)
         way, aside = end - begin, last - first
         turned = (way[:, 0] * aside[:, 1] - way[:, 1] * aside[:, 0]) / np.maximum((way**2).sum(axis=1), LEAST_WAY_M**2)
         return (first - 2.0 * middle + last) / half_s[:, None] ** 2, turned
@@ -102,7 +102,7 @@ def _bends(effect: Effect) -> bool:
 def _mean_shift(term: Term, view: View) -> Array:
     """The shift of the mark's middle (n, 2), m."""
     shift = term.effect.seen(view, term.values)
-    return np.zeros((len(view.tilt_rad), 2)) if shift is None else shift.mean(axis=1)
+    return np.zeros((len(view.tilt_rad), 2)) if shift is None else middle(shift)
 
 
 class _Slides(Channel):
@@ -223,6 +223,8 @@ class Across(_Slides):
         self._plain = motion.moments.plain
         self._left = unit(self._plain.contact.way_rad + np.pi / 2)
         self._sloped = self._plain.contact.tilt_rad >= LEAST_SLOPE_RAD
+        self._level = self._plain.contact.tilt_axis[:, :2]
+        self._runs = np.repeat(rows.run, len(WEIGHTS))
         self._middle_left = self._middle(self._left)
         along = self._force(self._plain, self._plain.contact.way)
         self._unit_force = np.maximum(
@@ -260,10 +262,9 @@ class Across(_Slides):
 
         A slide turns off the recorded steepest line by what its whole course adds up to.
         """
-        contact, runs = self._plain.contact, np.repeat(self.rows.run, len(WEIGHTS))
-        down = contact.down
-        along = _dot(load.tangential, down)
-        aside = _dot(load.tangential, np.column_stack([-down[:, 1], down[:, 0]])) - np.repeat(held, len(WEIGHTS))
+        contact, runs = self._plain.contact, self._runs
+        along = _dot(load.tangential, contact.down)
+        aside = _dot(load.tangential, self._level) - np.repeat(held, len(WEIGHTS))
         turned = np.arctan2(*(np.bincount(runs, values * self._sloped)[runs] for values in (aside, along)))
         return unit(np.where(self._sloped, contact.down_rad + turned, contact.way_rad) + np.pi / 2)
 
