@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+import copy
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -78,8 +79,14 @@ class Contact:
         return Contact(**{each.name: getattr(self, each.name)[rows] for each in fields(self)})
 
     def facing(self, way_rad: Array) -> Contact:
-        """The same contacts with other directions of sliding `way_rad` (n,), rad in P."""
-        return replace(self, way_rad=way_rad)
+        """The same contacts with other directions of sliding `way_rad` (n,), rad in P.
+
+        What else was worked out of them stays known.
+        """
+        turned = copy.copy(self)
+        vars(turned).pop("way", None)
+        vars(turned)["way_rad"] = way_rad
+        return turned
 
     @cached_property
     def pressing_m_s2(self) -> Array:
@@ -100,12 +107,6 @@ class Contact:
     def way(self) -> Array:
         """Unit vector of the sliding in P (n, 2)."""
         return unit(self.way_rad)
-
-    @cached_property
-    def still(self) -> Contact:
-        """The same contacts on a plate that does not move."""
-        none = np.zeros((len(self), 3))
-        return replace(self, rate_rad_s=none, acceleration_rad_s2=none)
 
     @cached_property
     def tilt_axis(self) -> Array:

@@ -60,7 +60,7 @@ class Model:
         """The limit curve's support function h (n,) at `way_rad`, before the scatter."""
         total = np.full(len(contact), self.mu_s)
         for term in self.acting("friction"):
-            total = total * term.effect.friction(contact, term.values)
+            total *= term.effect.friction(contact, term.values)
         return total
 
     @cached_property
@@ -72,7 +72,7 @@ class Model:
         """The curve (n,) whose slope turns a slide, see `Effect.steering`."""
         total = np.full(len(contact), self.mu_s)
         for term in self.acting("friction"):
-            total = total * term.effect.steering(contact, term.values)
+            total *= term.effect.steering(contact, term.values)
         return total
 
     def push(self, contact: Contact) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -47,6 +48,11 @@ class Load:
     contact: Contact
     tangential: Array
     normal: Array
+
+    @cached_property
+    def still(self) -> Contact:
+        """The contact on a plate that does not move."""
+        return still(self.contact)
 
 
 class Latest(Generic[T]):
@@ -214,7 +220,7 @@ class Moments:
         load = self._leaning(model)
         if not model.acting("push"):
             return load
-        push = model.push(load.contact.still if self._at_rest else load.contact)
+        push = model.push(load.still if self._at_rest else load.contact)
         return Load(load.contact, load.tangential + push[:, :2], np.maximum(load.normal - push[:, 2], LEAST_M_S2))
 
     def _leans(self, model: Model) -> Load:
@@ -275,6 +281,12 @@ def _load(contact: Contact, inertial: Array) -> Load:
     tangential = np.array([pull * down[:, 0], pull * down[:, 1]]).T + inertial[..., :2]
     normal = contact.pressing_m_s2 - inertial[..., 2]
     return Load(contact, tangential, np.maximum(normal, LEAST_M_S2))
+
+
+def still(contact: Contact) -> Contact:
+    """The contact on a plate that does not move."""
+    none = np.zeros((len(contact), 3))
+    return replace(contact, rate_rad_s=none, acceleration_rad_s2=none)
 
 
 def _turned(contact: Contact, turn: Array) -> Contact:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from station.diagnosis.observations.moments import Latest, Moments
+from station.diagnosis.observations.moments import Latest, Moments, still
 from station.diagnosis.observations.plate import Times
 from station.diagnosis.observations.slips import Slipping
 from station.diagnosis.observations.starts import starts
@@ -36,9 +36,9 @@ class Released:
         self._rows, self._count = rows, count
         self._swing, self._weight = _swing(slips), _weights(slips)
         self._way = np.repeat(self._swing.way, self._weight.shape[1], axis=0)
-        self._contact, self._still = contact, contact.still
+        self._contact, self._still = contact, still(contact)
         fastest = contact.chosen(_fastest(contact, self._weight.shape))
-        self._fastest, self._stopped = fastest, fastest.still
+        self._fastest, self._stopped = fastest, still(fastest)
         self._moved = Latest(self._moves, ("push",))
         self._plain = self._log_slope(np.zeros((2, *self._weight.shape)))
 

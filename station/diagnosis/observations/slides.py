@@ -265,7 +265,7 @@ class Across(_Slides):
         contact, runs = self._plain.contact, self._runs
         along = _dot(load.tangential, contact.down)
         aside = _dot(load.tangential, self._level) - np.repeat(held, len(WEIGHTS))
-        turned = np.arctan2(*(np.bincount(runs, values * self._sloped)[runs] for values in (aside, along)))
+        turned = np.arctan2(*(np.bincount(runs, values * self._sloped) for values in (aside, along)))[runs]
         return unit(np.where(self._sloped, contact.down_rad + turned, contact.way_rad) + np.pi / 2)
 
 
