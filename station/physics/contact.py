@@ -5,12 +5,14 @@ from __future__ import annotations
 import copy
 from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
+T = TypeVar("T")
 GRAVITY_M_S2 = 9.81
 
 
@@ -79,14 +81,8 @@ class Contact:
         return Contact(**{each.name: getattr(self, each.name)[rows] for each in fields(self)})
 
     def facing(self, way_rad: Array) -> Contact:
-        """The same contacts with other directions of sliding `way_rad` (n,), rad in P.
-
-        What else was worked out of them stays known.
-        """
-        turned = copy.copy(self)
-        vars(turned).pop("way", None)
-        vars(turned)["way_rad"] = way_rad
-        return turned
+        """The same contacts with other directions of sliding `way_rad` (n,), rad in P."""
+        return _other(self, "way", way_rad=way_rad)
 
     @cached_property
     def pressing_m_s2(self) -> Array:
@@ -150,6 +146,10 @@ class View:
     row_m: Array
     image_size_m: float
 
+    def of(self, point_m: Array) -> View:
+        """The same view of a mark whose true corners are at `point_m` (n, 4, 2), m, in P."""
+        return _other(self, "centre_m", point_m=point_m)
+
     @cached_property
     def centre_m(self) -> Array:
         """The mark's centre (n, 2)."""
@@ -159,6 +159,14 @@ class View:
     def down(self) -> Array:
         """Unit vector of the steepest descent in P (n, 2)."""
         return unit(self.down_rad)
+
+
+def _other(one: T, follows: str, **changed: Array) -> T:
+    """A copy with one field `changed`, without what `follows` from that; all else that was worked out stays known."""
+    other = copy.copy(one)
+    vars(other).pop(follows, None)
+    vars(other).update(changed)
+    return other
 
 
 def middle(point_m: Array) -> Array:
