@@ -170,7 +170,7 @@ def _other(one: T, follows: str, **changed: Array) -> T:
 
 
 def middle(point_m: Array) -> Array:
-    """The means (n, 2) of points (n, k, 2), in their unit; NumPy's own takes six times as long for so few points."""
+    """The means (n, 2), m, of the points `point_m` (n, k, 2), m; NumPy's own takes six times as long for so few."""
     return np.einsum("nki->ni", point_m) / point_m.shape[1]
 
 
