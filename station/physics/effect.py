@@ -18,8 +18,6 @@ from abc import ABC
 from collections.abc import Mapping
 from typing import ClassVar, Literal
 
-import numpy as np
-
 from station.physics.contact import Array, Contact, View
 from station.physics.parameter import Parameter
 
@@ -199,8 +197,3 @@ HOOKS = ("friction", "push", "spin", "lever", "lead", "attitude", "delay_s", "cr
 @functools.cache
 def _overridden(kind: type[Effect]) -> frozenset[str]:
     return frozenset(name for name in HOOKS if getattr(kind, name) is not getattr(Effect, name))
-
-
-def unit(angle_rad: Array) -> Array:
-    """Unit vectors (n, 2) of the angles `angle_rad` (n,), rad."""
-    return np.column_stack([np.cos(angle_rad), np.sin(angle_rad)])

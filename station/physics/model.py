@@ -12,7 +12,7 @@ import numpy as np
 from shared.errors import UserError
 from station.physics.catalogue import Catalogue
 from station.physics.checked import a_table, number, only
-from station.physics.contact import GRAVITY_M_S2, Array, Contact, View
+from station.physics.contact import Array, Contact, View
 from station.physics.effect import HOOKS, Effect, Values
 from station.physics.smooth import Unnamed
 from station.physics.smooth_table import smooth_of_tables, table_of_smooth
@@ -45,8 +45,11 @@ class Model:
     @cached_property
     def _acting(self) -> Mapping[str, tuple[Term, ...]]:
         """The acting terms by hook, cached: channels ask for them some hundred thousand times a diagnosis."""
-        acting = [term for term in self.terms if not term.effect.is_null(term.values)]
-        return {hook: tuple(term for term in acting if hook in term.effect.acts_through()) for hook in HOOKS}
+        found: dict[str, tuple[Term, ...]] = dict.fromkeys(HOOKS, ())
+        for term in self.terms:
+            if not term.effect.is_null(term.values):
+                found |= {hook: (*found[hook], term) for hook in term.effect.acts_through()}
+        return found
 
     @property
     def turns(self) -> bool:
@@ -57,7 +60,7 @@ class Model:
         """The limit curve's support function h (n,) at `way_rad`, before the scatter."""
         total = np.full(len(contact), self.mu_s)
         for term in self.acting("friction"):
-            total = total * term.effect.friction(contact, term.values)
+            total *= term.effect.friction(contact, term.values)
         return total
 
     @cached_property
@@ -69,7 +72,7 @@ class Model:
         """The curve (n,) whose slope turns a slide, see `Effect.steering`."""
         total = np.full(len(contact), self.mu_s)
         for term in self.acting("friction"):
-            total = total * term.effect.steering(contact, term.values)
+            total *= term.effect.steering(contact, term.values)
         return total
 
     def push(self, contact: Contact) -> Array:
@@ -115,8 +118,7 @@ class Model:
     def _spare_m_s2(self, contact: Contact) -> Array:
         """The reserve (n,), m/s², of the model's friction beyond gravity and pushes, on a plate that does not move."""
         push = self.push(contact)
-        pull = GRAVITY_M_S2 * np.sin(contact.tilt_rad) + np.cos(contact.down_rad) * push[:, 0]
-        pull = pull + np.sin(contact.down_rad) * push[:, 1]
+        pull = contact.pulling_m_s2 + contact.down[:, 0] * push[:, 0] + contact.down[:, 1] * push[:, 1]
         return self.friction(contact) * (contact.pressing_m_s2 - push[:, 2]) - pull
 
     def seen(self, view: View) -> Array:
@@ -150,7 +152,7 @@ def _sum(parts: Iterable[Array | float | None], shape: tuple[int, ...]) -> Array
     total = np.zeros(shape)
     for part in parts:
         if part is not None:
-            total = total + part
+            total += part
     return total
 
 

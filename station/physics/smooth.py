@@ -14,9 +14,9 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from station.physics.contact import Array, Bools, Contact
+from station.physics.contact import Array, Bools, Contact, unit
 from station.physics.covariates import READ
-from station.physics.effect import Effect, Family, Layer, Values, unit
+from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
 
 PREFIX = "other:"

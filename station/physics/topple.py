@@ -15,8 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from station.physics.contact import Array, View
-from station.physics.effect import unit
+from station.physics.contact import Array, View, unit
 
 FALL_RAD = 0.02
 STILL_M_S = 5e-3

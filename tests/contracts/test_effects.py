@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from shared.errors import UserError
 from station.physics.catalogue import catalogue, confused
-from station.physics.effect import Effect, Values, unit
+from station.physics.effect import Effect, Values
 from station.physics.model import Model, Term, model_of_table, table_of_model
 from station.physics.parameter import Parameter
 from tests.contracts.effect_states import NEUTRAL, answer, contacts, read_only, some_of, typical, views
@@ -237,7 +237,7 @@ def power(effect: Effect, values: Values, state: Any) -> Any:
     moving = state.moving if "shaking" in effect.acts_through() else np.zeros(len(state), dtype=bool)
     slowest = replace(state, moving=moving, speed_m_s=np.zeros(len(state)))
     push = answer(effect, "push", values, state) - answer(effect, "push", values, slowest)
-    return np.sum(push[:, :2] * unit(state.way_rad), axis=1) * state.speed_m_s
+    return np.sum(push[:, :2] * state.way, axis=1) * state.speed_m_s
 
 
 @through("push")
@@ -277,7 +277,7 @@ def test_friction_turns_nothing_at_rest(effect: Effect) -> None:
 def test_creep_goes_down_and_ends_with_the_slide(effect: Effect) -> None:
     """Uphill would be energy from nowhere; a sliding block has its own velocity."""
     state = contacts(moving=False)
-    assert np.all(np.sum(answer(effect, "creep", typical(effect), state) * unit(state.down_rad), axis=1) >= 0)
+    assert np.all(np.sum(answer(effect, "creep", typical(effect), state) * state.down, axis=1) >= 0)
     assert np.all(answer(effect, "creep", typical(effect), contacts(moving=True)) == 0)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -53,6 +54,11 @@ class Point:
     at: dict[str, Array]
     white: Array
     whitening: Whitening
+
+    @cached_property
+    def density(self) -> Array:
+        """The log density (rows,) of each component, which several steps ask for."""
+        return log_density(self.white, self.whitening.tail, self.whitening.limit)
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,7 +226,6 @@ class Climb:
 
     def _total(self, at: Point) -> float:
         """The log density of the runs that count, and of the numbers' priors."""
-        density = log_density(at.white, at.whitening.tail, at.whitening.limit)
         counted = self.counts[at.whitening.run]
         prior = -0.5 * float(self.precision @ at.vector**2)
-        return float(density[counted].sum() - at.whitening.log_scale[self.counts].sum()) + prior
+        return float(at.density[counted].sum() - at.whitening.log_scale[self.counts].sum()) + prior

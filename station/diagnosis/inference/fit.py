@@ -11,7 +11,6 @@ import numpy as np
 from station.diagnosis.inference.climb import CONVERGED, WORTH_RENEWING, Climb
 from station.diagnosis.inference.parameters import Free, free_numbers
 from station.diagnosis.likelihood.noise import Noise
-from station.diagnosis.likelihood.student import log_density
 from station.diagnosis.likelihood.systematic import is_nuisance
 from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array, Bools
@@ -105,14 +104,13 @@ def fit(
 
 def _ended(climb: Climb, converged: bool) -> Fit:
     end, whitening = climb.point, climb.point.whitening
-    density = log_density(end.white, whitening.tail, whitening.limit)
     return Fit(
         model=replace(end.model, scatter=climb.noise.scatter),
         free=climb.free,
         vector=end.vector,
         covariance=climb.curvature.covariance(climb.precision, climb.high - climb.low),
         noise=climb.noise,
-        log_run=np.bincount(whitening.run, density, climb.evidence.runs) - whitening.log_scale,
+        log_run=np.bincount(whitening.run, end.density, climb.evidence.runs) - whitening.log_scale,
         counted=climb.counts,
         white=end.white,
         converged=converged,

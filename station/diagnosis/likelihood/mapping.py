@@ -43,9 +43,10 @@ class CameraMap(Effect):
         x, y = view.point_m[..., 0], view.point_m[..., 1]
         nearer = values["lean_x"] * x + values["lean_y"] * y
         aspect, shear, turn = values["aspect"], values["shear"], values["turn_rad"]
-        return np.stack(
-            [(aspect - nearer) * x + (shear - turn) * y, (shear + turn) * x - (aspect + nearer) * y], axis=-1
-        )
+        seen = np.empty_like(view.point_m)
+        seen[..., 0] = (aspect - nearer) * x + (shear - turn) * y
+        seen[..., 1] = (shear + turn) * x - (aspect + nearer) * y
+        return seen
 
 
 CAMERA_MAP = CameraMap()

@@ -54,7 +54,7 @@ class OnsetReading(Effect):
         if contact.moving.all():
             return 1.0
         about_x, about_y, _ = contact.acceleration_rad_s2.T
-        bend = np.cos(contact.down_rad) * about_y - np.sin(contact.down_rad) * about_x  # about the tilt's axis
+        bend = contact.down[:, 0] * about_y - contact.down[:, 1] * about_x  # about the tilt's axis
         slope = np.maximum(0.5 * np.sin(2.0 * contact.tilt_rad), LEAST_SLOPE)
         return np.where(contact.moving, 1.0, 1.0 + values["shift"] + values["blur_s2"] * bend / slope)
 

@@ -12,8 +12,7 @@ import numpy as np
 
 from station.diagnosis.observations.moments import Load
 from station.diagnosis.observations.windows import WEIGHTS, Windows
-from station.physics.contact import Array
-from station.physics.effect import unit
+from station.physics.contact import Array, unit
 
 
 def expected_path(windows: Windows, plain: Load) -> tuple[Array, Array]:

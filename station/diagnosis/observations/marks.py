@@ -9,7 +9,7 @@ import numpy as np
 from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import REST, Channel, Rows
 from station.diagnosis.observations.moments import Latest, Moments
-from station.physics.contact import GRAVITY_M_S2, Array, View
+from station.physics.contact import Array, View, middle
 from station.physics.model import Model
 
 CREEP_POINTS = 49
@@ -40,7 +40,7 @@ class PlateMarks(Channel):
 
     def _predicted(self, model: Model) -> Array:
         """The predicted apparent motion (n, 2), m."""
-        return (model.seen(self._view) - model.seen(self._start)).mean(axis=1)
+        return middle(model.seen(self._view) - model.seen(self._start))
 
 
 class Mount(Channel):
@@ -91,8 +91,7 @@ class Rest(PlateMarks):
         super().__init__(rows, moved_m, view, start)
         resting = creeping.reported
         holds = np.tan(limit_rad) * resting.pressing_m_s2
-        pulls = GRAVITY_M_S2 * np.sin(resting.tilt_rad)
-        self._resting, self._creep_s = replace(resting, spare_m_s2=holds - pulls), creep_s
+        self._resting, self._creep_s = replace(resting, spare_m_s2=holds - resting.pulling_m_s2), creep_s
         self._crept = Latest(self._crept_under, ("creep",))
 
     def _predicted(self, model: Model) -> Array:
@@ -102,7 +101,7 @@ class Rest(PlateMarks):
     def _crept_under(self, model: Model) -> Array:
         """The creep's part of the predicted motion (n, 2), m."""
         velocity = model.creep(self._resting).reshape(len(self), CREEP_POINTS, 2)
-        return (velocity * self._creep_s[..., None]).sum(axis=1)
+        return np.einsum("nki,nk->ni", velocity, self._creep_s)
 
 
 class Sensor(Channel):

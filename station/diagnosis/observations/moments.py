@@ -5,15 +5,15 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Generic, TypeVar
 
 import numpy as np
 
 from station.diagnosis.observations.driving import fictitious
 from station.diagnosis.observations.plate import Attitude, Times, turned
-from station.physics.contact import GRAVITY_M_S2, Array, Bools, Contact
-from station.physics.effect import Effect, Values
-from station.physics.model import Model
+from station.physics.contact import Array, Bools, Contact
+from station.physics.model import Model, Term
 
 T = TypeVar("T")
 
@@ -21,7 +21,10 @@ LEAST_REST_S = 1e-3
 LEAST_M_S2 = 1e-3
 """The smallest press: a block that is lifted would have no friction to take a logarithm of."""
 
-LOADING = ("attitude", "delay_s", "push")
+LEANING = ("attitude", "delay_s")
+"""The methods of an effect that change how the plate stands."""
+
+LOADING = (*LEANING, "push")
 """The methods of an effect that change how a block is loaded."""
 
 
@@ -46,6 +49,11 @@ class Load:
     tangential: Array
     normal: Array
 
+    @cached_property
+    def still(self) -> Contact:
+        """The contact on a plate that does not move."""
+        return still(self.contact)
+
 
 class Latest(Generic[T]):
     """Caches what a model makes through some hooks, until a model acts otherwise through them.
@@ -55,11 +63,11 @@ class Latest(Generic[T]):
 
     def __init__(self, make: Callable[[Model], T], hooks: Sequence[str]) -> None:
         self._make, self._hooks = make, hooks
-        self._last: tuple[Sequence[tuple[Effect, Values]], T] | None = None
+        self._last: tuple[Sequence[tuple[Term, ...]], T] | None = None
 
     def __call__(self, model: Model) -> T:
         """The cached result, or a new one if the model acts otherwise through the hooks."""
-        acting = [(term.effect, dict(term.values)) for hook in self._hooks for term in model.acting(hook)]
+        acting = [model.acting(hook) for hook in self._hooks]
         if self._last is None or self._last[0] != acting:
             self._last = (acting, self._make(model))
         return self._last[1]
@@ -148,6 +156,7 @@ class Moments:
         self._inertial = self._inertial_on(self._plate)
         self._plain = _load(self._contact, self._inertial)
         self._earlier = Latest(self._delayed, ("delay_s",))
+        self._leaning = Latest(self._leans, LEANING)
         self._latest = Latest(self._loads, LOADING)
 
     def __len__(self) -> int:
@@ -162,6 +171,7 @@ class Moments:
         steep = reported + other._steeper_rad
         other._contact = replace(self._contact, tilt_rad=steep, rest_s=np.maximum(other._rested, LEAST_REST_S))
         other._plain = _load(other._contact, other._inertial)
+        other._leaning = Latest(other._leans, LEANING)
         other._latest = Latest(other._loads, LOADING)
         return other
 
@@ -207,16 +217,21 @@ class Moments:
         return self._latest(model)
 
     def _loads(self, model: Model) -> Load:
+        load = self._leaning(model)
+        if not model.acting("push"):
+            return load
+        push = model.push(load.still if self._at_rest else load.contact)
+        return Load(load.contact, load.tangential + push[:, :2], np.maximum(load.normal - push[:, 2], LEAST_M_S2))
+
+    def _leans(self, model: Model) -> Load:
+        """The contact and its loads with the model's attitude and delay, and without its pushes."""
         load, inertial = self._plain, self._inertial
         if model.acting("delay_s"):
             plate, inertial = self._earlier(model)
             load = _load(self._contact_with(plate), inertial)
         if model.acting("attitude"):
             load = _load(_turned(load.contact, model.attitude(load.contact)), inertial)
-        if not model.acting("push"):
-            return load
-        push = model.push(still(load.contact) if self._at_rest else load.contact)
-        return Load(load.contact, load.tangential + push[:, :2], np.maximum(load.normal - push[:, 2], LEAST_M_S2))
+        return load
 
     def _delayed(self, model: Model) -> tuple[Attitude, Array]:
         """The plate by the model's delay earlier, and the inertial part of the loads (n, 3)."""
@@ -262,9 +277,9 @@ class Moments:
 
 def _load(contact: Contact, inertial: Array) -> Load:
     """The loads by gravity at the contact's tilt and by inertial forces per mass (n, 3 or 3)."""
-    pull, down = GRAVITY_M_S2 * np.sin(contact.tilt_rad), contact.down_rad
-    tangential = np.array([pull * np.cos(down), pull * np.sin(down)]).T + inertial[..., :2]
-    normal = GRAVITY_M_S2 * np.cos(contact.tilt_rad) - inertial[..., 2]
+    pull, down = contact.pulling_m_s2, contact.down
+    tangential = np.array([pull * down[:, 0], pull * down[:, 1]]).T + inertial[..., :2]
+    normal = contact.pressing_m_s2 - inertial[..., 2]
     return Load(contact, tangential, np.maximum(normal, LEAST_M_S2))
 
 
@@ -277,7 +292,7 @@ def still(contact: Contact) -> Contact:
 def _turned(contact: Contact, turn: Array) -> Contact:
     """The contact on a plate that is turned by small rotation vectors (n, 3), in P, from the reported attitude."""
     level = np.sin(contact.tilt_rad)
-    x, y, z = level * np.cos(contact.down_rad), level * np.sin(contact.down_rad), -np.cos(contact.tilt_rad)
+    x, y, z = level * contact.down[:, 0], level * contact.down[:, 1], -np.cos(contact.tilt_rad)
     # The plate turns by +w, so what is fixed in the world, such as gravity, turns by −w as the plate sees it.
     turn_x, turn_y, turn_z = turn.T
     new_x, new_y, new_z = x - turn_y * z + turn_z * y, y - turn_z * x + turn_x * z, z - turn_x * y + turn_y * x

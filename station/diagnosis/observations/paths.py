@@ -205,5 +205,5 @@ class _Speeds:
         model, runs = Model(mu_s=1.0, terms=tuple(terms)), len(self.still)
         held = model.friction(self.sliding).reshape(runs, COUNT) / model.friction(self.still)[:, None]
         pushed = (model.push(self.sliding) - model.push(self.resting))[:, :2].reshape(runs, COUNT, 2)
-        way = self.still.way_rad[:, None]
-        return held, -(pushed[..., 0] * np.cos(way) + pushed[..., 1] * np.sin(way))
+        way = self.still.way[:, None, :]
+        return held, -(pushed[..., 0] * way[..., 0] + pushed[..., 1] * way[..., 1])

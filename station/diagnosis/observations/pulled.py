@@ -7,7 +7,6 @@ import numpy as np
 from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import ALONG, ONSET, Channel, Rows
 from station.physics.contact import GRAVITY_M_S2, Array, Contact
-from station.physics.effect import unit
 from station.physics.model import Model
 
 SETTLING = "settling"
@@ -61,5 +60,5 @@ class Pulled(Channel):
         push = model.push(contact)
         press = np.maximum(1.0 - push[:, 2] / GRAVITY_M_S2, LEAST_SHARE)
         held = press * model.friction(contact)
-        dragged = (push[:, :2] * unit(contact.way_rad)).sum(axis=1) / GRAVITY_M_S2
+        dragged = (push[:, :2] * contact.way).sum(axis=1) / GRAVITY_M_S2
         return self._log_recorded - np.log(np.maximum(held - dragged, LEAST_SHARE * held))

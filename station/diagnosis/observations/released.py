@@ -57,8 +57,8 @@ class Released:
 
     def _is_of_motion(self, term: Term) -> bool:
         """False for a push that a plate at rest has as well: the tilt at which it would release a block has it."""
-        push = Model(mu_s=0.0, terms=(term,)).push
-        return bool(np.any(push(self._fastest) != push(self._stopped)))
+        moving, stopped = (term.effect.push(contact, term.values) for contact in (self._fastest, self._stopped))
+        return bool(np.any(moving != stopped))
 
     def _log_slope(self, added: Array) -> Array:
         """The log of the slopes (r,) at which plates at rest would have released the blocks, see `Swing.tilt_rad`."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from station.diagnosis import thresholds
@@ -57,8 +55,8 @@ class Shape(Channel):
         """
         true = self._corner
         for _ in range(TRUE_ROUNDS):
-            true = self._corner - model.seen(replace(self._view, point_m=true))
-        ahead, behind = (model.seen(replace(self._view, point_m=true + way)) for way in (self._spread, -self._spread))
+            true = self._corner - model.seen(self._view.of(true))
+        ahead, behind = (model.seen(self._view.of(true + way)) for way in (self._spread, -self._spread))
         return self._corner - 0.5 * (ahead + behind)
 
 
@@ -78,9 +76,9 @@ def strain_of(corner_m: Array, gradient: Array) -> Array:
     from a rigid mark, fitted to the sheared one, is off by three eighths of the shear's square: more than the noise of
     a slide at .1 m/s.
     """
-    bent = np.einsum("nki,kj->nij", corner_m, gradient)
-    stretched = 0.5 * (np.einsum("nki,nkj->nij", bent, bent) - np.eye(2))
-    return np.stack([stretched[:, 0, 0], stretched[:, 1, 1], stretched[:, 0, 1]], axis=1)
+    bent = np.einsum("nki,kj->jin", corner_m, gradient)
+    (x_x, x_y), (y_x, y_y) = bent
+    return 0.5 * np.column_stack([x_x**2 + x_y**2 - 1.0, y_x**2 + y_y**2 - 1.0, x_x * y_x + x_y * y_y])
 
 
 @compiled

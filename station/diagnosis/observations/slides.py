@@ -12,9 +12,9 @@ from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import ACROSS, ALONG, Channel, Rows
 from station.diagnosis.observations.moments import Latest, Load, Moments
 from station.diagnosis.observations.windows import WEIGHTS
-from station.physics.contact import Array, Contact, View
+from station.physics.contact import Array, Contact, View, middle, unit
 from station.physics.dissipation import support_slope
-from station.physics.effect import Effect, unit
+from station.physics.effect import Effect
 from station.physics.model import Model, Term
 from station.physics.sole import SQUARE_GYRATION, TURNING_RADIUS, carried_across, left_against_turning
 
@@ -88,7 +88,7 @@ class Motion:
         first, middle, last = moved.reshape(-1, len(WEIGHTS), 2).transpose(1, 0, 2)
         times_ns = self.moments.time_ns.reshape(-1, len(WEIGHTS))
         half_s = 0.5e-9 * (times_ns[:, -1] - times_ns[:, 0])
-        begin, _, end = self.view.point_m.mean(axis=1).reshape(-1, len(WEIGHTS), 2).transpose(1, 0, 2)
+        begin, _, end = self.view.centre_m.reshape(-1, len(WEIGHTS), 2).transpose(1, 0, 2)
         way, aside = end - begin, last - first
         turned = (way[:, 0] * aside[:, 1] - way[:, 1] * aside[:, 0]) / np.maximum((way**2).sum(axis=1), LEAST_WAY_M**2)
         return (first - 2.0 * middle + last) / half_s[:, None] ** 2, turned
@@ -102,7 +102,7 @@ def _bends(effect: Effect) -> bool:
 def _mean_shift(term: Term, view: View) -> Array:
     """The shift of the mark's middle (n, 2), m."""
     shift = term.effect.seen(view, term.values)
-    return np.zeros((len(view.tilt_rad), 2)) if shift is None else shift.mean(axis=1)
+    return np.zeros((len(view.tilt_rad), 2)) if shift is None else middle(shift)
 
 
 class _Slides(Channel):
@@ -166,7 +166,7 @@ class Along(_Slides):
         self.level_tells = motion.run_effects is not None
         self._plain = motion.moments.plain
         self._sliding = motion.sliding
-        self._way = unit(self._plain.contact.way_rad)
+        self._way = self._plain.contact.way
         self._middle_way = self._middle(self._way)
         self._normal = self._mean(self._plain.normal) + motion.between[:, 2]
         force = self._force(self._plain, self._way) / self._normal
@@ -223,8 +223,10 @@ class Across(_Slides):
         self._plain = motion.moments.plain
         self._left = unit(self._plain.contact.way_rad + np.pi / 2)
         self._sloped = self._plain.contact.tilt_rad >= LEAST_SLOPE_RAD
+        self._level = self._plain.contact.tilt_axis[:, :2]
+        self._runs = np.repeat(rows.run, len(WEIGHTS))
         self._middle_left = self._middle(self._left)
-        along = self._force(self._plain, unit(self._plain.contact.way_rad))
+        along = self._force(self._plain, self._plain.contact.way)
         self._unit_force = np.maximum(
             self._mean(self._plain.normal) * float(np.median(along / self._mean(self._plain.normal))), 1e-3
         )
@@ -260,11 +262,10 @@ class Across(_Slides):
 
         A slide turns off the recorded steepest line by what its whole course adds up to.
         """
-        contact, runs = self._plain.contact, np.repeat(self.rows.run, len(WEIGHTS))
-        down = unit(contact.down_rad)
-        along = _dot(load.tangential, down)
-        aside = _dot(load.tangential, np.column_stack([-down[:, 1], down[:, 0]])) - np.repeat(held, len(WEIGHTS))
-        turned = np.arctan2(*(np.bincount(runs, values * self._sloped)[runs] for values in (aside, along)))
+        contact, runs = self._plain.contact, self._runs
+        along = _dot(load.tangential, contact.down)
+        aside = _dot(load.tangential, self._level) - np.repeat(held, len(WEIGHTS))
+        turned = np.arctan2(*(np.bincount(runs, values * self._sloped) for values in (aside, along)))[runs]
         return unit(np.where(self._sloped, contact.down_rad + turned, contact.way_rad) + np.pi / 2)
 
 
@@ -283,7 +284,7 @@ class Turn(_Slides):
     def __init__(self, rows: Rows, motion: Motion) -> None:
         super().__init__(rows, motion)
         plain, contact = motion.moments.plain, motion.moments.reported
-        force = np.maximum(self._force(plain, unit(plain.contact.way_rad)), LEAST_M_S2)
+        force = np.maximum(self._force(plain, plain.contact.way), LEAST_M_S2)
         self._held = np.repeat(force, len(WEIGHTS))
         self._per_friction = 1.0 / (SQUARE_GYRATION * contact.area_m2)
         against = self._per_friction * motion.reach_m**2 * motion.yaw_rate_rad_s

@@ -15,9 +15,8 @@ import numpy as np
 
 from station.export.carried.corners import stronger
 from station.export.carried.watch import GOES_M_S, Moment, Watch
-from station.physics.contact import Array, Contact
+from station.physics.contact import Array, Contact, unit
 from station.physics.dissipation import support, threshold
-from station.physics.effect import unit
 from station.physics.model import Model
 from station.physics.sole import SQUARE_GYRATION
 from station.physics.turned import seen_turned
@@ -92,7 +91,7 @@ class Law:
         state = self.watch.contact(way_rad=self._way_of(gravity), gravity=gravity)
         pushed = self.model.push(state)[0]
         if self.model.acting("shaking"):
-            pushed = pushed + shake * self.model.shaking(state)[0] * np.append(unit(state.down_rad)[0], 0.0)
+            pushed = pushed + shake * self.model.shaking(state)[0] * np.append(state.down[0], 0.0)
         total = gravity + pushed
         return total[:2], max(-float(total[2]), 0.0), pushed
 

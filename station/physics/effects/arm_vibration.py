@@ -40,7 +40,7 @@ from typing import ClassVar
 import numpy as np
 
 from station.physics.contact import Array, Contact
-from station.physics.effect import Effect, Family, Layer, Values, unit
+from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
 
 EARLY = 0.4
@@ -90,7 +90,7 @@ class ArmVibration(Effect):
     def push(self, contact: Contact, values: Values) -> Array | None:
         """The mean push (n, 3), m/s², in P, down the slope."""
         mean = _course(np.where(contact.moving, contact.slid_s, 0.0), values) * _deviation(contact, values)
-        return np.column_stack([mean[:, None] * unit(contact.down_rad), np.zeros(len(contact))])
+        return np.column_stack([mean[:, None] * contact.down, np.zeros(len(contact))])
 
     def creep(self, contact: Contact, values: Values) -> Array | None:
         """The mean velocity (n, 2), m/s, of a block that slips at crests and is stopped in troughs."""
@@ -98,7 +98,7 @@ class ArmVibration(Effect):
         apart = np.maximum(contact.spare_m_s2, 0.0) / np.maximum(sd, LEAST_M_S2)
         slips = 9.0 * np.exp(-0.5 * apart**2) / ((1.0 + apart) * (1.0 + apart + apart**2)) / (2.0 * np.pi)
         speed = np.where(contact.moving, 0.0, sd * slips / (2.0 * np.pi * values["tone_hz"]))
-        return speed[:, None] * unit(contact.down_rad)
+        return speed[:, None] * contact.down
 
     def shaking(self, contact: Contact, values: Values) -> Array | float:
         """Gives the standard deviation (n,), m/s², of the random push as a traced onset shows it."""
@@ -114,7 +114,7 @@ def _course(slid_s: Array, values: Values) -> Array:
 
 def _deviation(contact: Contact, values: Values) -> Array:
     """The standard deviation (n,) of the shaking, m/s²."""
-    wave = values["cos1"] * np.cos(contact.down_rad) + values["sin1"] * np.sin(contact.down_rad)
+    wave = values["cos1"] * contact.down[:, 0] + values["sin1"] * contact.down[:, 1]
     return np.asarray(values["sd_m_s2"] * (1.0 + wave))
 
 

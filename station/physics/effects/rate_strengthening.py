@@ -20,8 +20,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from station.physics.contact import GRAVITY_M_S2, Array, Contact
-from station.physics.effect import Effect, Family, Layer, Values, unit
+from station.physics.contact import Array, Contact
+from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
 from station.physics.speed_slope import speed_slope
 
@@ -67,9 +67,9 @@ class RateStrengthening(Effect):
     def creep(self, contact: Contact, values: Values) -> Array | None:
         """Gives the velocity (n, 2), m/s, of a block below its limit; friction that falls with the speed has none."""
         spare = np.maximum(contact.spare_m_s2, NEAREST_M_S2)
-        e_fold = np.maximum(values["per_e_fold"] * (spare + GRAVITY_M_S2 * np.sin(contact.tilt_rad)), LEAST_M_S2)
+        e_fold = np.maximum(values["per_e_fold"] * (spare + contact.pulling_m_s2), LEAST_M_S2)
         speed = values["creep_share"] * _cut_off_m_s(values) * np.exp(-spare / e_fold)
-        return np.where(contact.moving | (values["per_e_fold"] <= 0.0), 0.0, speed)[:, None] * unit(contact.down_rad)
+        return np.where(contact.moving | (values["per_e_fold"] <= 0.0), 0.0, speed)[:, None] * contact.down
 
     def derived(self, contact: Contact, values: Values) -> Mapping[str, tuple[float, str]]:
         """The slope of friction by speed, which the law's size and shape share."""

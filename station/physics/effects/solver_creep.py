@@ -11,7 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from station.physics.contact import GRAVITY_M_S2, Array, Contact
-from station.physics.effect import Effect, Family, Layer, Values, unit
+from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
 
 
@@ -33,4 +33,4 @@ class SolverCreep(Effect):
     def creep(self, contact: Contact, values: Values) -> Array | None:
         """Gives the velocity (n, 2), m/s, below the onset by the law of this module."""
         speed = values["time_s"] * GRAVITY_M_S2 * np.sin(contact.tilt_rad)
-        return np.where(contact.moving, 0.0, speed)[:, None] * unit(contact.down_rad)
+        return np.where(contact.moving, 0.0, speed)[:, None] * contact.down

@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 
 from station.physics.contact import Array, Contact
-from station.physics.effect import Effect, Family, Layer, Values, unit
+from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
 
 REFERENCE_KG = 0.008
@@ -45,4 +45,4 @@ class Viscous(Effect):
         """Gives the force per mass (n, 3), m/s², by the law of this module."""
         drag = values["drag_n_s_m"] * (contact.mass_kg / REFERENCE_KG) ** values["by_load"]
         slowing = np.where(contact.moving, drag / contact.mass_kg * contact.speed_m_s, 0.0)
-        return np.column_stack([-slowing[:, None] * unit(contact.way_rad), np.zeros(len(contact))])
+        return np.column_stack([-slowing[:, None] * contact.way, np.zeros(len(contact))])

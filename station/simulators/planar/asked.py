@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import fields
 
 from station.physics.contact import Array, Bools, Contact
 
@@ -47,4 +48,4 @@ class Asked(Contact):
         return value
 
 
-_FIELDS = frozenset(Contact.__slots__)
+_FIELDS = frozenset(spec.name for spec in fields(Contact))
