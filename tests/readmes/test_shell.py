@@ -30,6 +30,7 @@ from station.__main__ import commands, examples
 from station.__main__ import main as station
 from tests.readmes.blocks import ROOT, blocks
 from tests.readmes.reader import furnish, write_twenty_runs
+from tests.unit.diagnosis.asked_once import ask_once
 
 ELSEWHERE = {
     "station rig": "starts all processes of a rig: tests/system/test_rig.py",
@@ -102,6 +103,12 @@ def lines() -> list[tuple[str, str]]:
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("readmes")
+
+
+@pytest.fixture(autouse=True)
+def _each_question_is_answered_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Several lines diagnose the same recording, and each makes something else of the answer."""
+    ask_once(monkeypatch)
 
 
 @pytest.fixture
