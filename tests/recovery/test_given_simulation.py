@@ -54,10 +54,15 @@ def simulated(truth: Model, rng: np.random.Generator | None = None) -> Signals:
 
 
 @cache
+def session(mu_s: float, drop: float) -> Signals:
+    """A session with the runs' scatter and the corners' noise."""
+    return simulated(model(mu_s, drop, scatter=SCATTER), np.random.default_rng(20261342))
+
+
+@cache
 def recording(mu_s: float, drop: float) -> Examined:
-    """A session with the runs' scatter and the corners' noise, and its own diagnosis."""
-    rng = np.random.default_rng(20261342)
-    return examined(simulated(model(mu_s, drop, scatter=SCATTER), rng), known(), setting=SETTING)
+    """The session's own diagnosis."""
+    return examined(session(mu_s, drop), known(), setting=SETTING)
 
 
 @cache
