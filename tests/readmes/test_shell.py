@@ -8,10 +8,13 @@ nothing here knows fails.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import importlib
 import importlib.util
+import io
 import re
+import runpy
 import shlex
 import shutil
 import subprocess
@@ -249,11 +252,17 @@ ENGINES = {"numpy": "numpy", "mujoco": "mujoco", "pybullet": "pybullet", "drake"
 """The package that an exported file needs, by the end of its name."""
 
 
-def _generator(line: str, _monkeypatch: pytest.MonkeyPatch) -> None:
+def _generator(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The line is a form to fill in: each of its options is one; tests/unit makes cases with it."""
-    words = [sys.executable, *shlex.split(line)[1:3], "--help"]
-    told = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    assert set(re.findall(r"--[a-z]+", line)) <= set(re.findall(r"--[a-z]+", told))
+    _, option, module, *_ = shlex.split(line)
+    assert option == "-m"
+    told = io.StringIO()
+    monkeypatch.setattr(sys, "argv", [module, "--help"])
+    # What another test has imported is set aside: Python warns of a module that it runs a second time.
+    monkeypatch.delitem(sys.modules, module, raising=False)
+    with contextlib.redirect_stdout(told), pytest.raises(SystemExit, match=r"^0$"):
+        runpy.run_module(module, run_name="__main__", alter_sys=True)
+    assert set(re.findall(r"--[a-z]+", line)) <= set(re.findall(r"--[a-z]+", told.getvalue()))
 
 
 PROGRAMS: dict[str, Callable[[str, pytest.MonkeyPatch], None]] = {
