@@ -49,7 +49,7 @@ ELSEWHERE = {
     "station study": "6330 samples: tests/recovery/test_study.py does twenty",
     "station serve": "runs until it is stopped: tests/system/test_page.py",
     "station diagnose sim.mcap --simulate mujoco": "every run again in MuJoCo: tests/unit/diagnosis/test_report.py",
-    "station diagnose session.mcap --simulate scene.xml": "half a minute: tests/recovery/test_given_simulator.py",
+    "station diagnose session.mcap --simulate scene.xml": "half a minute: tests/recovery/test_given_simulation.py",
     "station diagnose session.mcap --simulate my_sim.py:other": "likewise: tests/unit/simulators/test_yours.py",
     "station diagnose session.mcap --simulate my_sim --plugins mine": "likewise: tests/unit/app/test_plugins.py",
     "station samples s3://": "needs a bucket: tests/unit/many/test_remote.py has a web server and a store in memory",

@@ -13,14 +13,13 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from station.app import simulated_again as simulated_again_module
 from station.app.simulated_again import simulated_again
 from station.app.simulations import Given, simulation_of
 from station.diagnosis.report.page import html_page
 from station.diagnosis.report.sentences import sentence
 from station.diagnosis.report.summary import summary
 from station.diagnosis.result import Diagnosis, as_json
-from tests.recovery.test_given_simulation import NEAR, SETTING, recording, session
+from tests.recovery.given_sessions import NEAR, SETTING, recording, session
 from tests.unit.diagnosis.recorded import OPENING_RADIUS_M, golden
 from tests.unit.simulators.point_block import SCENE, point_block
 
@@ -78,13 +77,9 @@ def answered(case: Case, folder: Path) -> Diagnosis:
     return simulated_again(recording(*case.recorded), session(*case.recorded), rig=rig, setting=SETTING, simulation=own)
 
 
-@pytest.mark.parametrize("name", cases())
-def test_the_difference_is_named_and_the_simulator_gets_better(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(simulated_again_module, "RUNS", 15)  # each is simulated eight times
-    case = CASES[name]
-    answer = answered(case, tmp_path)
+def demand(case: Case, folder: Path) -> None:
+    """The difference is named, and the simulator gets better by it."""
+    answer = answered(case, folder)
     claimed = [effect for effect in answer.effects if effect.verdict in ("supported", "indistinguishable")]
     assert {effect.side for effect in claimed} == ({case.side} if case.side else set()), sentence(answer)
     assert all(set(effect.class_ids) & NEAR for effect in claimed), sentence(answer)
