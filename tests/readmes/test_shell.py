@@ -258,7 +258,7 @@ def _generator(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert option == "-m"
     told = io.StringIO()
     monkeypatch.setattr(sys, "argv", [module, "--help"])
-    # What another test has imported is set aside: Python warns of a module that it runs a second time.
+    # Python warns of a module that is run a second time, so the one that another test has imported is set aside.
     monkeypatch.delitem(sys.modules, module, raising=False)
     with contextlib.redirect_stdout(told), pytest.raises(SystemExit, match=r"^0$"):
         runpy.run_module(module, run_name="__main__", alter_sys=True)
