@@ -259,7 +259,8 @@ def _generator(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
     told = io.StringIO()
     monkeypatch.setattr(sys, "argv", [module, "--help"])
     # Python warns of a module that is run a second time, so the one that another test has imported is set aside.
-    monkeypatch.delitem(sys.modules, module, raising=False)
+    for name in (module, f"{module}.__main__"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
     with contextlib.redirect_stdout(told), pytest.raises(SystemExit, match=r"^0$"):
         runpy.run_module(module, run_name="__main__", alter_sys=True)
     assert set(re.findall(r"--[a-z]+", line)) <= set(re.findall(r"--[a-z]+", told.getvalue()))
