@@ -55,7 +55,7 @@ class _Needed:
         self.foreign: dict[Place, Import] = {}
         self._users: dict[str, set[str]] = {}
         self._asked: set[str] = set()
-        self._order: list[str] = []
+        self._left_out: dict[Definition, int] = {}
 
     def add(self, module: str, name: str) -> None:
         """Adds a name of a module, and all that follows from it."""
@@ -91,7 +91,12 @@ class _Needed:
             self._follow(module, name, found, waiting)
         elif found is not None:
             self.definitions.setdefault(module, {})[found] = None
-            nodes = list(found.without(self.left_out(found)))
+            left_out = self.left_out(found)
+            # Members only come back, so that as many as before are the same: nothing in there is new.
+            if self._left_out.get(found) == len(left_out):
+                return
+            self._left_out[found] = len(left_out)
+            nodes = list(found.without(left_out))
             self._asked |= {node.attr for node in nodes if isinstance(node, ast.Attribute)}
             # Words in a table, such as the names of an effect's methods, may be asked for by getattr.
             self._asked |= {str(node.value) for node in nodes if isinstance(node, ast.Constant)}

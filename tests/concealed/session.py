@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from tests.concealed.compiled import one_process_compiles
 from tests.concealed.design import PAIRS, Design, Nuisance, Setting
 from tests.concealed.ride import Ride, ride
 from tests.concealed.view import CENTRE_PX, IMAGE_PX
@@ -186,7 +188,8 @@ def run_session(setting: Setting, rng: Generator) -> SessionRecord:
             sigma_px=nuisance.noise_px * (1.0 + nuisance.noise_drift * i / max(design.runs - 1, 1)),
             dropout=nuisance.dropouts,
         )
-        done = _trimmed(ride(world, facts, program, angles, k, pose, rest_at, rng))
+        with nullcontext() if records else one_process_compiles():
+            done = _trimmed(ride(world, facts, program, angles, k, pose, rest_at, rng))
         records.append(
             RunRecord(
                 facts=facts, program=program, angles=angles, direction=number, sector=sector, previous=previous,

@@ -8,6 +8,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -27,9 +28,16 @@ ALIKE = r"\b(same|shape|as large|as long|as many)\b"
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
-def public_functions(path: Path) -> Iterator[tuple[str, Function]]:
+@cache
+def modules() -> dict[Path, ast.Module]:
+    """All modules of the folders, each parsed once for all tests."""
+    files = [path for folder in FOLDERS for path in sorted((ROOT / folder).rglob("*.py"))]
+    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in files}
+
+
+def public_functions(module: ast.Module) -> Iterator[tuple[str, Function]]:
     """Functions of a module and methods of its classes whose names, and whose class's, have no leading underscore."""
-    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+    for node in module.body:
         if isinstance(node, Function) and not node.name.startswith("_"):
             yield node.name, node
         elif isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
@@ -94,11 +102,10 @@ def says_what_it_gives(function: Function, known: set[str]) -> bool:
 
 def found(*, takes: bool) -> tuple[set[str], int]:
     """The functions that lack words on the arrays that they take, or else give, and how many have any."""
-    files = [path for folder in FOLDERS for path in sorted((ROOT / folder).rglob("*.py"))]
-    known = aliases({path: ast.parse(path.read_text(encoding="utf-8")) for path in files})
+    known = aliases(modules())
     lacking, every = set[str](), 0
-    for path in files:
-        for name, function in public_functions(path):
+    for path, module in modules().items():
+        for name, function in public_functions(module):
             if takes:
                 every += bool(arrays(function, known[path]))
                 lacks = bool(untold(function, known[path]))

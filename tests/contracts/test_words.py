@@ -6,6 +6,7 @@ import ast
 import io
 import tokenize
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -27,12 +28,15 @@ Told = tuple[str, str]
 """The place of a docstring, and its first line."""
 
 
-def docstrings(folder: str) -> Iterator[Told]:
-    """Every docstring of a folder's modules, classes, functions and constants."""
-    for path in sorted((ROOT / folder).rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            for line, text in _texts(node):
-                yield f"{path.relative_to(ROOT)}:{line}", text.strip().split("\n")[0]
+@cache
+def docstrings(folder: str) -> list[Told]:
+    """Every docstring of a folder's modules, classes, functions and constants, read once for all tests."""
+    return [
+        (f"{path.relative_to(ROOT)}:{line}", text.strip().split("\n")[0])
+        for path in sorted((ROOT / folder).rglob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for line, text in _texts(node)
+    ]
 
 
 def _texts(node: ast.AST) -> Iterator[tuple[int, str]]:

@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from station.__main__ import COMMANDS
+from station.__main__ import COMMANDS, main
 from station.recording.reader import digest, open_recording
 from tests.elsewhere.imitate import ABSENT_ON_WINDOWS, PLATFORMS
 
@@ -86,8 +86,7 @@ def test_what_is_measured_does_not_depend_on_the_system(elsewhere: tuple[str, Pa
 @pytest.fixture(scope="module")
 def here(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("here") / "session.mcap"
-    words = ["station", "run", "--lockstep", "--samples", "2", "--seed", "3", "--out", str(path)]
-    subprocess.run([sys.executable, "-m", *words], cwd=ROOT, capture_output=True, check=True)
+    assert main(["run", "--lockstep", "--samples", "2", "--seed", "3", "--out", str(path)]) == 0
     return path
 
 

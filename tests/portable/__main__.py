@@ -6,6 +6,7 @@ import argparse
 import signal
 import sys
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 
 from tests.portable.paths import paths
@@ -48,10 +49,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return int(failed)
 
 
-def worthwhile() -> list[Variant]:
-    """The variants whose code paths are not those that this machine takes anyway."""
+@cache
+def worthwhile() -> tuple[Variant, ...]:
+    """The variants whose code paths are not those that this machine takes anyway: a process is started for each."""
     here = paths()
-    return [one for one in variants(here) if one.busy or taken(one) != here]
+    return tuple(one for one in variants(here) if one.busy or taken(one) != here)
 
 
 def row(outcome: Outcome) -> str:

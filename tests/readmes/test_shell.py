@@ -8,10 +8,13 @@ nothing here knows fails.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import importlib
 import importlib.util
+import io
 import re
+import runpy
 import shlex
 import shutil
 import subprocess
@@ -30,6 +33,7 @@ from station.__main__ import commands, examples
 from station.__main__ import main as station
 from tests.readmes.blocks import ROOT, blocks
 from tests.readmes.reader import furnish, write_twenty_runs
+from tests.unit.diagnosis.asked_once import ask_once
 
 ELSEWHERE = {
     "station rig": "starts all processes of a rig: tests/system/test_rig.py",
@@ -45,7 +49,7 @@ ELSEWHERE = {
     "station study": "6330 samples: tests/recovery/test_study.py does twenty",
     "station serve": "runs until it is stopped: tests/system/test_page.py",
     "station diagnose sim.mcap --simulate mujoco": "every run again in MuJoCo: tests/unit/diagnosis/test_report.py",
-    "station diagnose session.mcap --simulate scene.xml": "half a minute: tests/recovery/test_given_simulator.py",
+    "station diagnose session.mcap --simulate scene.xml": "half a minute: tests/recovery/test_given_simulation.py",
     "station diagnose session.mcap --simulate my_sim.py:other": "likewise: tests/unit/simulators/test_yours.py",
     "station diagnose session.mcap --simulate my_sim --plugins mine": "likewise: tests/unit/app/test_plugins.py",
     "station samples s3://": "needs a bucket: tests/unit/many/test_remote.py has a web server and a store in memory",
@@ -102,6 +106,12 @@ def lines() -> list[tuple[str, str]]:
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("readmes")
+
+
+@pytest.fixture(autouse=True)
+def _each_question_is_answered_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Several lines diagnose the same recording, and each makes something else of the answer."""
+    ask_once(monkeypatch)
 
 
 @pytest.fixture
@@ -242,11 +252,18 @@ ENGINES = {"numpy": "numpy", "mujoco": "mujoco", "pybullet": "pybullet", "drake"
 """The package that an exported file needs, by the end of its name."""
 
 
-def _generator(line: str, _monkeypatch: pytest.MonkeyPatch) -> None:
+def _generator(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The line is a form to fill in: each of its options is one; tests/unit makes cases with it."""
-    words = [sys.executable, *shlex.split(line)[1:3], "--help"]
-    told = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    assert set(re.findall(r"--[a-z]+", line)) <= set(re.findall(r"--[a-z]+", told))
+    _, option, module, *_ = shlex.split(line)
+    assert option == "-m"
+    told = io.StringIO()
+    monkeypatch.setattr(sys, "argv", [module, "--help"])
+    # Python warns of a module that is run a second time, so the one that another test has imported is set aside.
+    for name in (module, f"{module}.__main__"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    with contextlib.redirect_stdout(told), pytest.raises(SystemExit, match=r"^0$"):
+        runpy.run_module(module, run_name="__main__", alter_sys=True)
+    assert set(re.findall(r"--[a-z]+", line)) <= set(re.findall(r"--[a-z]+", told.getvalue()))
 
 
 PROGRAMS: dict[str, Callable[[str, pytest.MonkeyPatch], None]] = {

@@ -1,63 +1,36 @@
-"""The given simulation is the baseline: the answer is about its difference from the recording, in all six ways."""
+"""The given simulation is the baseline: the answer is about its difference from the recording, in all six ways.
+
+A simulator that is called stands in this file, too: its recording is one that is diagnosed here anyway, in 8 s.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from shared.errors import UserError
+from station.app import simulated_again
 from station.diagnosis import given
 from station.diagnosis.diagnose import Examined, examined
 from station.diagnosis.given import against_given
 from station.diagnosis.inference.columns import Scores
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.observations.evidence import Evidence
-from station.diagnosis.observations.setting import Setting
 from station.diagnosis.report.sentences import sentence
 from station.diagnosis.result import Diagnosis, as_json
 from station.diagnosis.search.search import Stage, looked_at
-from station.physics.catalogue import Catalogue, catalogue
 from station.physics.effect import Effect
-from station.physics.model import Model, Term
+from station.physics.model import Term
 from station.signals.session import Signals
 from station.simulators.simulator import simulator
-from tests.unit.diagnosis.recorded import OPENING_RADIUS_M, golden, joined
-
-REPEATS = 14
-SCATTER = 0.06
-SETTING = Setting(opening_radius_m=OPENING_RADIUS_M)
-NEAR = {"kinetic_drop", "stribeck", "contact_aging"}
-"""The effects that this session cannot tell from a drop, or not always."""
-
-
-def known() -> Catalogue:
-    return catalogue()
-
-
-def model(mu_s: float, drop: float, *, scatter: float = 0.0) -> Model:
-    plain = Model(mu_s=mu_s, scatter=scatter)
-    return plain.with_term(Term(known()["kinetic_drop"], {"drop": drop})) if drop else plain
-
-
-def simulated(truth: Model, rng: np.random.Generator | None = None) -> Signals:
-    recorded, rig = golden()
-    rig = replace(rig, plate=replace(rig.plate, opening_m=2 * OPENING_RADIUS_M))
-    planar = simulator("planar")
-    if rng is None:  # without scatter and noise each repetition is the same
-        return joined([planar.repeat(recorded, truth, rig=rig)] * REPEATS)
-    return joined([planar.repeat(recorded, truth, rig=rig, rng=rng) for _ in range(REPEATS)])
-
-
-@cache
-def recording(mu_s: float, drop: float) -> Examined:
-    """A session with the runs' scatter and the corners' noise, and its own diagnosis."""
-    rng = np.random.default_rng(20261342)
-    return examined(simulated(model(mu_s, drop, scatter=SCATTER), rng), known(), setting=SETTING)
+from tests.recovery import given_simulator
+from tests.recovery.given_sessions import NEAR, SETTING, known, model, recording, session, simulated
+from tests.unit.diagnosis.recorded import golden
 
 
 @cache
@@ -161,8 +134,7 @@ FEW = {name: effect for name, effect in known().items() if name in ("kinetic_dro
 @cache
 def dropping() -> Examined:
     """A session whose friction falls, looked at for two effects alone: the search is not what is tested here."""
-    rng = np.random.default_rng(20261551)
-    return examined(simulated(model(0.35, 0.2, scatter=SCATTER), rng), FEW, setting=SETTING)
+    return examined(session(0.35, 0.2), FEW, setting=SETTING)
 
 
 @cache
@@ -201,3 +173,11 @@ def test_a_simulation_with_too_little_in_it_is_one_sentence() -> None:
     few = simulator("planar").repeat(recorded, model(0.35, 0.0), rig=rig)
     with pytest.raises(UserError, match=r"at least 20 runs that can be compared, got 3 in sim\.mcap"):
         against_given(recording(0.35, 0.0), few, known(), setting=SETTING, name="sim.mcap")
+
+
+@pytest.mark.parametrize("name", given_simulator.cases())
+def test_a_simulator_that_is_called_gets_better_by_the_difference(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(simulated_again, "RUNS", 15)  # each is simulated eight times
+    given_simulator.demand(given_simulator.CASES[name], tmp_path)

@@ -17,7 +17,7 @@ from station.recording.reader import open_recording
 from station.signals.session import Signals
 from station.simulators.recorded_runs import poses_of
 from tests.readmes.reader import tracks_of_the_page
-from tests.recovery.test_given_simulation import SCATTER, model, simulated
+from tests.recovery.given_sessions import SCATTER, model, simulated
 
 DROP = 0.2
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import shutil
+from functools import cache
 from pathlib import Path
 
 import pytest
-from mcap.reader import make_reader
+from mcap.reader import McapReader, make_reader
+from mcap.records import Channel, Message, Schema
 from mcap.writer import Writer
 
 from shared.errors import UserError
@@ -36,13 +39,21 @@ COMMANDS = (
 )
 
 
+@cache
+def golden() -> tuple[McapReader, list[tuple[Schema | None, Channel, Message]]]:
+    """The golden session's reader and its messages, unpacked once for the forty recordings that are made of them."""
+    reader = make_reader(io.BytesIO(GOLDEN.read_bytes()))
+    return reader, list(reader.iter_messages())
+
+
 def forged(path: Path, *, more: str = "", rig: bytes | None = None) -> Path:
     """The golden session with `more` behind its rig file, or with another `rig` in its place."""
-    with GOLDEN.open("rb") as source, path.open("wb") as target:
-        reader, writer = make_reader(source), Writer(target)
+    reader, messages = golden()
+    with path.open("wb") as target:
+        writer = Writer(target)
         writer.start()
         topics: dict[int, int] = {}
-        for schema, channel, message in reader.iter_messages():
+        for schema, channel, message in messages:
             assert schema is not None
             if channel.id not in topics:
                 number = writer.register_schema(schema.name, schema.encoding, schema.data)

@@ -13,14 +13,13 @@ from station.app import moving
 from station.recording.reader import open_recording
 from station.view import viewer
 from station.view.setup import Setup
-from tests.readmes.reader import write_twenty_runs
+from tests.unit.diagnosis.recorded import GOLDEN
 
 
 @pytest.mark.parametrize("name", ["picture.png", "picture"])
 def test_only_what_can_move_is_taken(tmp_path: Path, name: str) -> None:
-    write_twenty_runs(tmp_path / "twenty.mcap")
     with pytest.raises(UserError, match=r"[.]webp or [.]gif"):
-        moving.write_moving(open_recording(tmp_path / "twenty.mcap"), tmp_path / name, setup=Setup(), at_s=None)
+        moving.write_moving(open_recording(GOLDEN), tmp_path / name, setup=Setup(), at_s=None)
     assert not (tmp_path / name).exists()
 
 

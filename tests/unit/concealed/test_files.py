@@ -18,6 +18,7 @@ from station.recording.arrays import load_signals
 from station.recording.checkup.report import examine
 from station.recording.checkup.rules import findings
 from station.recording.reader import open_recording
+from tests.concealed.__main__ import main
 from tests.concealed.catalogue import EFFECTS, plant
 from tests.concealed.design import Design, Nuisance, Setting
 from tests.concealed.files import rig_toml, write_session
@@ -170,7 +171,7 @@ def make(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def test_a_case_is_the_same_again_and_is_not_made_twice(tmp_path: Path):
+def test_a_case_is_the_same_again_and_is_not_made_twice(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     words = ("--tier", "null", "--cases", "1", "--seed", "11")
     one, other = make(tmp_path / "a", *words), make(tmp_path / "b", *words)
     assert (one.returncode, other.returncode) == (0, 0), one.stderr
@@ -188,12 +189,12 @@ def test_a_case_is_the_same_again_and_is_not_made_twice(tmp_path: Path):
     assert (entry["answer"], entry["effects"], entry["places"]) == ("none", [], [])
 
     before = (case / "session.mcap").stat().st_mtime_ns
-    again = make(tmp_path / "a", *words)
-    assert "0 of them written now" in again.stdout
+    capsys.readouterr()
+    assert main(["--out", str(tmp_path / "a"), *words]) == 0
+    assert "0 of them written now" in capsys.readouterr().out
     assert (case / "session.mcap").stat().st_mtime_ns == before
-    refused = make(tmp_path / "a", *words[:-1], "12")
-    assert refused.returncode == 2
-    assert "another one" in refused.stderr
+    assert main(["--out", str(tmp_path / "a"), *words[:-1], "12"]) == 2
+    assert "another one" in capsys.readouterr().err
 
 
 def test_a_plan_in_a_null_world_has_nothing_in_it():

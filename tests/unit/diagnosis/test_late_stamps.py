@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -32,20 +33,23 @@ def _late(signals: Signals, late_s: float) -> Signals:
     return replace(seen, attitude=signals.attitude, motions=signals.motions, samples=samples)
 
 
-def _residual(signals: Signals, model: Model, *, late_s: float) -> Array:
+@cache
+def _onsets(stamped_s: float | None, *, late_s: float) -> Onsets:
+    """The onsets of the session `_late` by so much, or of the session itself, with slips read by that lateness."""
+    signals = session() if stamped_s is None else _late(session(), stamped_s)
     channel = evidence_of(signals, Setting(opening_radius_m=OPENING_RADIUS_M), Told(late_s)).onsets
     assert isinstance(channel, Onsets)
-    return channel.residual(model)
+    return channel
 
 
 @pytest.fixture(scope="module")
 def errors() -> dict[float, float]:
     """The errors (rms) of the runs' log friction in the late session, by the lateness for which slips were read."""
     plain, delay = Model(mu_s=0.35), catalogue()["clock_offset"]
-    true = _residual(session(), plain, late_s=0.0)
-    late, model = _late(session(), LATE_S), replace(plain, terms=(Term(delay, {"delay_s": LATE_S, "of_arm": 0.0}),))
+    true = _onsets(None, late_s=0.0).residual(plain)
+    model = replace(plain, terms=(Term(delay, {"delay_s": LATE_S, "of_arm": 0.0}),))
     return {
-        late_s: float(np.sqrt(np.mean(np.square(_residual(late, model, late_s=late_s) - true))))
+        late_s: float(np.sqrt(np.mean(np.square(_onsets(LATE_S, late_s=late_s).residual(model) - true))))
         for late_s in (0.5 * LATE_S, LATE_S)
     }
 
@@ -64,15 +68,14 @@ def test_the_plate_pushes_a_slip_at_the_right_moment() -> None:
     known = catalogue()
     pivot = Term(known["pivot_offset"], {"x_m": 0.0, "y_m": 0.0, "z_m": 0.3})
     delay = Term(known["clock_offset"], {"delay_s": LATE_S, "of_arm": 0.0})
-    punctual = _added(_late(session(), 0.0), Model(mu_s=0.35), pivot, late_s=1e-9)
-    late = _added(_late(session(), LATE_S), Model(mu_s=0.35, terms=(delay,)), pivot, late_s=LATE_S)
+    punctual = _added(_onsets(0.0, late_s=1e-9), Model(mu_s=0.35), pivot)
+    late = _added(_onsets(LATE_S, late_s=LATE_S), Model(mu_s=0.35, terms=(delay,)), pivot)
     np.testing.assert_allclose(late, punctual, atol=0.01 * np.abs(punctual).max())
 
 
-def _added(signals: Signals, model: Model, term: Term, *, late_s: float) -> Array:
+def _added(onsets: Onsets, model: Model, term: Term) -> Array:
     """Returns what a term adds to the runs' log friction."""
-    more = replace(model, terms=(*model.terms, term))
-    return _residual(signals, more, late_s=late_s) - _residual(signals, model, late_s=late_s)
+    return onsets.residual(replace(model, terms=(*model.terms, term))) - onsets.residual(model)
 
 
 def test_a_plate_is_asked_by_late_stamps() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -27,6 +28,7 @@ _GONE_S = 2.0
 """A slide is followed for so long, s: the paper's rule, which waits for seven mm, sees the slowest within a second."""
 
 
+@cache
 def staircase(rate_deg_s: float, *, ramp: Literal["linear", "smooth"]) -> tuple[FLOATS, FLOATS]:
     """Times (s) and tilts (rad) of a session's steps; a smooth ramp stays below `rate_deg_s` and 1 rad/s²."""
     travel = STEP_DEG / rate_deg_s
@@ -79,12 +81,14 @@ def slide(
     t = np.insert(t, first, onset_s)
     tilt = np.insert(tilt, first, onset_rad)
     mu = (1 - drop) * along * math.tan(onset_rad)
-    rate, pull = np.gradient(tilt, t)[first:], 9.81 * (along * np.sin(tilt) - mu * np.cos(tilt))[first:]
+    sliding, steep = t[first:], tilt[first:]
+    rate = np.gradient(tilt[first - 1 :], t[first - 1 :])[1:]
+    pull = 9.81 * (along * np.sin(steep) - mu * np.cos(steep))
     gone = np.zeros_like(pull)
     for _ in range(4):
         ahead = along * gone
         lifted = rate * ahead + integral(rate, ahead)
-        gone = integral(integral(pull + along * rate**2 * ahead, t[first:]) + mu * lifted, t[first:])
+        gone = integral(integral(pull + along * rate**2 * ahead, sliding) + mu * lifted, sliding)
     path = np.concatenate([np.zeros(first), gone])
     return Slide(time_s=t, tilt_rad=tilt, onset_s=onset_s, onset_rad=onset_rad, path_m=path, along=along)
 

@@ -4,59 +4,39 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Callable
-from functools import cache
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import joblib
 import pytest
 
 import station
 from station.__main__ import main
-from station.app import diagnosing
-from station.diagnosis.diagnose import Examined, examined
-from station.diagnosis.next_experiment.recommended import recommended
-from station.physics.catalogue import Catalogue
 from station.recording.tables import write_samples
 from tests.readmes.reader import write_twenty_runs
+from tests.unit.diagnosis.asked_once import ask_once
 from tests.unit.diagnosis.page import Page
 from tests.unit.diagnosis.recorded import GOLDEN
-from tests.unit.diagnosis.tables import grained, samples
-
-
-@cache
-def found() -> station.Diagnosed:
-    """A finding whose search was made once for several tests."""
-    one = grained()
-    return station.Diagnosed(diagnosis=one.diagnosis, pictures=one.pictures, found=one.found, seed=7)
-
-
-SEARCHED = dict[str, Examined]()
-"""Diagnoses by the digest of all that they were asked: a front that asks for the same gets the same."""
-
-PLANNED = dict[int, Examined]()
-"""The same with their next experiments, by the identity of the former."""
+from tests.unit.diagnosis.tables import samples
 
 
 @pytest.fixture(autouse=True)
 def _each_question_is_answered_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(diagnosing, "examined", searched)
-    monkeypatch.setattr(diagnosing, "recommended", planned)
+    ask_once(monkeypatch)
 
 
-def searched(recorded: Any, known: Catalogue, *, progress: Callable[[str], None], **asked: Any) -> Examined:
-    key = joblib.hash((recorded, sorted(known), asked))
-    assert key is not None
-    if key not in SEARCHED:
-        SEARCHED[key] = examined(recorded, known, progress=progress, **asked)
-    return SEARCHED[key]
+@pytest.fixture(scope="module")
+def table(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A table in which friction depends on the direction."""
+    path = tmp_path_factory.mktemp("table") / "samples.csv"
+    write_samples(samples(grain=0.2), path)
+    return path
 
 
-def planned(found: Examined, known: Catalogue) -> Examined:
-    if id(found) not in PLANNED:
-        PLANNED[id(found)] = recommended(found, known)
-    return PLANNED[id(found)]
+@pytest.fixture
+def found(table: Path) -> station.Diagnosed:
+    """A finding, told to be of a seed that no page shows by chance."""
+    return replace(station.diagnose(table), seed=7)
 
 
 def by_command(capsys: pytest.CaptureFixture[str], *words: str | Path) -> dict[str, Any]:
@@ -70,10 +50,9 @@ def without_time(answer: dict[str, Any]) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("seed", [1, 5])
-def test_a_table_gets_the_answer_of_the_command(seed: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    write_samples(samples(grain=0.2), tmp_path / "samples.csv")
-    answer = station.diagnose(tmp_path / "samples.csv", seed=seed)
-    told = by_command(capsys, tmp_path / "samples.csv", "--seed", str(seed))
+def test_a_table_gets_the_answer_of_the_command(seed: int, table: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    answer = station.diagnose(table, seed=seed)
+    told = by_command(capsys, table, "--seed", str(seed))
     assert without_time(answer.to_dict()) == without_time(told)
     assert answer.verdict == "indistinguishable"
 
@@ -110,10 +89,10 @@ def test_it_prints_as_the_command_does(tmp_path: Path, capsys: pytest.CaptureFix
     assert answer.sentence.startswith("Nothing can be tested with this recording: expected at least 20 runs")
 
 
-def test_a_notebook_shows_the_answer_with_figures_that_fetch_and_run_nothing() -> None:
-    text = found()._repr_html_()  # pyright: ignore[reportPrivateUsage]
+def test_a_notebook_shows_the_answer_with_figures_that_fetch_and_run_nothing(found: station.Diagnosed) -> None:
+    text = found._repr_html_()  # pyright: ignore[reportPrivateUsage]
     page = Page(text)
-    assert found().sentence in page.text
+    assert found.sentence in page.text
     assert page.figures >= 5
     assert "<script" not in text
     assert [place for place in page.fetched if not place.startswith("data:")] == []
@@ -127,14 +106,14 @@ def test_a_notebook_shows_why_nothing_can_be_tested() -> None:
     assert page.figures == 0
 
 
-def test_report_and_model_are_written(tmp_path: Path) -> None:
-    found().write_report(tmp_path / "page.html")
-    found().write_model(str(tmp_path / "model.toml"))
-    assert (tmp_path / "page.html").read_text(encoding="utf-8") == found().to_html()
-    assert "seed 7" in Page(found().to_html()).text
-    assert tomllib.loads((tmp_path / "model.toml").read_text(encoding="utf-8")) == found().model
+def test_report_and_model_are_written(found: station.Diagnosed, tmp_path: Path) -> None:
+    found.write_report(tmp_path / "page.html")
+    found.write_model(str(tmp_path / "model.toml"))
+    assert (tmp_path / "page.html").read_text(encoding="utf-8") == found.to_html()
+    assert "seed 7" in Page(found.to_html()).text
+    assert tomllib.loads((tmp_path / "model.toml").read_text(encoding="utf-8")) == found.model
     with pytest.raises(station.UserError, match="Expected to write the model to"):
-        found().write_model(tmp_path / "no folder" / "model.toml")
+        found.write_model(tmp_path / "no folder" / "model.toml")
 
 
 def test_a_table_has_nothing_to_simulate_and_an_unknown_simulator_is_named(tmp_path: Path) -> None:

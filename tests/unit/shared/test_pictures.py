@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import struct
 import zlib
+from functools import cache
 from pathlib import Path
 
 import cv2
@@ -23,6 +24,7 @@ from station.recording.mcap_file import McapFile
 from station.recording.reader import Recorded, open_recording
 
 
+@cache
 def png(side_px: int) -> bytes:
     """A square of black pixels in a thousandth of its size; of large ones the first rows alone."""
     rows = bytes(1 + side_px) * min(side_px, 2000)

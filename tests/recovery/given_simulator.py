@@ -6,7 +6,6 @@ import io
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -14,15 +13,13 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from station.app import simulated_again as simulated_again_module
 from station.app.simulated_again import simulated_again
 from station.app.simulations import Given, simulation_of
 from station.diagnosis.report.page import html_page
 from station.diagnosis.report.sentences import sentence
 from station.diagnosis.report.summary import summary
 from station.diagnosis.result import Diagnosis, as_json
-from station.signals.session import Signals
-from tests.recovery.test_given_simulation import NEAR, SCATTER, SETTING, model, recording, simulated
+from tests.recovery.given_sessions import NEAR, SETTING, recording, session
 from tests.unit.diagnosis.recorded import OPENING_RADIUS_M, golden
 from tests.unit.simulators.point_block import SCENE, point_block
 
@@ -74,25 +71,15 @@ def cases() -> list[Any]:
     return [pytest.param(name, marks=[pytest.mark.benchmark] if name in LONG else []) for name in CASES]
 
 
-@cache
-def recorded(truth: tuple[float, float]) -> Signals:
-    """The session of `recording`, with the same draws."""
-    return simulated(model(*truth, scatter=SCATTER), np.random.default_rng(20261342))
-
-
 def answered(case: Case, folder: Path) -> Diagnosis:
     rig = replace(golden()[1], plate=replace(golden()[1].plate, opening_m=2 * OPENING_RADIUS_M))
     own = simulation_of(case.simulator(folder), rig=rig)
-    return simulated_again(recording(*case.recorded), recorded(case.recorded), rig=rig, setting=SETTING, simulation=own)
+    return simulated_again(recording(*case.recorded), session(*case.recorded), rig=rig, setting=SETTING, simulation=own)
 
 
-@pytest.mark.parametrize("name", cases())
-def test_the_difference_is_named_and_the_simulator_gets_better(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(simulated_again_module, "RUNS", 15)  # each is simulated eight times
-    case = CASES[name]
-    answer = answered(case, tmp_path)
+def demand(case: Case, folder: Path) -> None:
+    """The difference is named, and the simulator gets better by it."""
+    answer = answered(case, folder)
     claimed = [effect for effect in answer.effects if effect.verdict in ("supported", "indistinguishable")]
     assert {effect.side for effect in claimed} == ({case.side} if case.side else set()), sentence(answer)
     assert all(set(effect.class_ids) & NEAR for effect in claimed), sentence(answer)
@@ -100,7 +87,7 @@ def test_the_difference_is_named_and_the_simulator_gets_better(
     assert answer.numerics == ()
     _it_gets_better(answer.fit.simulator_rerun, level=case.level, slide=bool(case.side))
     _held_out_figures_are_against_the_simulation(answer, differs=case.level or bool(case.side))
-    _told_in_order(answer)
+    _told_in_order(answer, case.recorded)
 
 
 def _it_gets_better(table: Mapping[str, Any], *, level: bool, slide: bool) -> None:
@@ -133,7 +120,7 @@ def _held_out_figures_are_against_the_simulation(answer: Diagnosis, *, differs: 
         assert fit.before.onset_median_deg > 2.0 > fit.after.onset_median_deg
 
 
-def _told_in_order(answer: Diagnosis) -> None:
+def _told_in_order(answer: Diagnosis, recorded: tuple[float, float]) -> None:
     assert as_json(answer)["fit"]["simulator_rerun"]["after"]["se"]
     console = Console(width=200, record=True, file=io.StringIO())
     console.print(summary(answer))
@@ -143,4 +130,4 @@ def _told_in_order(answer: Diagnosis) -> None:
     places = [told.find(words) for words in ("Set differently", "in the", "Where:", "Prediction of unseen runs")]
     found = [place for place in places if place >= 0]
     assert found == sorted(found)
-    assert "before: the given simulation" in html_page(answer, recording(MU, 0.0).pictures)
+    assert "before: the given simulation" in html_page(answer, recording(*recorded).pictures)
