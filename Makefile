@@ -28,8 +28,16 @@ test test-alone test-system: export OPENBLAS_NUM_THREADS := 1
 # environment asks Python to keep no bytecode, as images of containers do.
 test test-alone test-system: export PYTHONDONTWRITEBYTECODE :=
 
-test: setup style
+test: setup
+	@$(MAKE) --no-print-directory -j 2 style $(VENV)/.compiled
 	@$(MAKE) --no-print-directory -j 3 types-told test-system-told test-alone
+
+# What numba compiles (20 s), once beside the style: the tests begin in several processes, and each would compile it.
+$(VENV)/.compiled: $(wildcard station/diagnosis/*.py station/diagnosis/*/*.py tests/concealed/*.py)
+	@rm -rf $(VENV)/compiled
+	@$(BIN)/python -m tests.concealed --tier null --cases 1 --seed 1 --out $(VENV)/compiled >/dev/null 2>&1
+	@$(BIN)/station diagnose $(VENV)/compiled/*/session.mcap --json >/dev/null 2>&1
+	@rm -rf $(VENV)/compiled && touch $@
 
 test-alone: setup
 	@unset MAKEFLAGS MAKELEVEL; $(BIN)/python -m tests.aside $(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder \
