@@ -24,7 +24,7 @@ BEYOND_STATION = VIEW | TABLES | ARM | OTHERS | ELSEWHERE | MESHES
 """The imports from the extras beside `station`; test_installed.py compares pyproject.toml with all imports."""
 STATION = {"joblib", "lz4", "matplotlib", "mcap", "mujoco", "numba", "rich", "scipy", "tomli_w", "zstandard"}
 # The environment sees the packages of this one, less those named in LACKING, as if they were not installed.
-USES_NUMBA = "from station.diagnosis.compiled import"
+USES_NUMBA = "from station.compiled import"
 LACKING = """\
 import os, sys
 class Lacking:

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.special import expit
 
+from station.compiled import compiled
 from station.diagnosis import thresholds
-from station.diagnosis.compiled import compiled
 from station.diagnosis.likelihood.robust import clipped
 from station.diagnosis.observations.channel import Channel
 from station.diagnosis.observations.evidence import Evidence

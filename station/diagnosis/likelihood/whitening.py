@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from station.diagnosis.compiled import compiled
+from station.compiled import compiled
 from station.diagnosis.likelihood.noise import Noise
 from station.diagnosis.observations.channel import ONSET, Channel
 from station.diagnosis.observations.evidence import Evidence

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from station.diagnosis.compiled import compiled
+from station.compiled import compiled
 from station.diagnosis.observations.breakaway_tables import COUNT, ROOT, STEP_S
 
 SPEED, WAY, GAIN, SPEED_D, WAY_D, GAIN_D, STEEP, FRICTION, NOW = range(9)

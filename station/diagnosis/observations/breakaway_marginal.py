@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from station.diagnosis.compiled import compiled
+from station.compiled import compiled
 from station.diagnosis.observations.breakaway_kernel import room, shoot
 from station.diagnosis.observations.breakaway_tables import Along, Laws
 from station.physics.contact import Array

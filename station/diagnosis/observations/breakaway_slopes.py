@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from station.diagnosis.compiled import compiled
+from station.compiled import compiled
 from station.diagnosis.observations.breakaway_kernel import room, shoot
 from station.diagnosis.observations.breakaway_marginal import columns, marginal
 from station.diagnosis.observations.breakaway_tables import Along

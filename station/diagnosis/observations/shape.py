@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from station.compiled import compiled
 from station.diagnosis import thresholds
-from station.diagnosis.compiled import compiled
 from station.diagnosis.observations.channel import Channel, Rows
 from station.physics.contact import Array, View
 from station.physics.effect import Effect

@@ -9,7 +9,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[3]
 CALLEE = """\
-from station.diagnosis.compiled import compiled
+from station.compiled import compiled
 FACTOR = {factor}
 @compiled
 def times(value):
@@ -17,7 +17,7 @@ def times(value):
 """
 CALLER = """\
 from callee import FACTOR, times
-from station.diagnosis.compiled import compiled
+from station.compiled import compiled
 @compiled
 def both(value):
     return times(value) + FACTOR
