@@ -55,12 +55,8 @@ def climbed(at: Callable[[Array], Sloped], begin: Array, bounds: Array, effort: 
     here = np.clip(begin, low, high)
     found, damping = at(here), DAMPING
     for _ in range(effort.steps):
-        free = ~((here <= low) & (found.slope < 0.0) | (here >= high) & (found.slope > 0.0))
-        step = np.zeros(len(here))
-        step[free] = np.clip(_step(found, free, damping), -REACH, REACH)
-        there = np.clip(here + step, low, high)
-        promised = float(found.slope @ (there - here))
-        if promised < effort.least or damping > MOST_DAMPING:
+        there, promised, damping = _within(found, here, (low, high), damping, effort.least)
+        if promised < effort.least:
             break
         tried = at(there)
         if tried.value > found.value:
@@ -68,6 +64,26 @@ def climbed(at: Callable[[Array], Sloped], begin: Array, bounds: Array, effort: 
         else:
             damping = TIMES_AFTER_LOSS * damping
     return here, found.value
+
+
+def _within(
+    found: Sloped, here: Array, bounds: tuple[Array, Array], damping: float, least: float
+) -> tuple[Array, float, float]:
+    """The end (p,) of the next step, the gain that its slopes promise, and the damping with which it promises `least`.
+
+    A step that is cut off at a bound, or where it reaches too far, may lead down. The more it is damped, the more it is
+    the slope's own, each number by itself, which leads up however much of it is cut off.
+    """
+    low, high = bounds
+    free = ~((here <= low) & (found.slope < 0.0) | (here >= high) & (found.slope > 0.0))
+    while True:
+        step = np.zeros(len(here))
+        step[free] = _step(found, free, damping)
+        there = np.clip(here + np.clip(step, -REACH, REACH), low, high)
+        promised = float(found.slope @ (there - here))
+        if promised >= least or float(found.slope @ step) < least or damping > MOST_DAMPING:
+            return there, promised, damping
+        damping = TIMES_AFTER_LOSS * damping
 
 
 def _step(found: Sloped, free: Bools, damping: float) -> Array:

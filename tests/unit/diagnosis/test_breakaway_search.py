@@ -51,6 +51,18 @@ def test_the_search_ends_at_a_bound_that_hides_the_maximum() -> None:
     assert numbers == pytest.approx(np.array([0.5, 0.25]), abs=1e-3)
 
 
+def _slanted(at: Array) -> Sloped:
+    """A hill whose maximum at (10, -8) lies behind a bound, across a ridge to which both numbers belong."""
+    curvature, off = np.array([[1.0, 0.99], [0.99, 1.0]]), at - np.array([10.0, -8.0])
+    return Sloped(-0.5 * float(off @ curvature @ off), -curvature @ off, curvature, curvature)
+
+
+def test_a_step_that_is_cut_off_at_a_bound_does_not_end_the_search() -> None:
+    """Newton's step is (10, -8): cut off at 0.5 it leads down, and the search took that for its end."""
+    numbers, _ = climbed(_slanted, np.zeros(2), np.array([(-9.0, 0.5), (-9.0, 9.0)]), THOROUGH)
+    assert numbers == pytest.approx(np.array([0.5, -8.0 + 0.99 * 9.5]), abs=1e-3)
+
+
 def test_a_search_of_no_steps_stays() -> None:
     """The value is that of its beginning, moved into the bounds."""
     numbers, value = climbed(_ridge, np.array([12.0, 3.0]), np.array([(-9.0, 2.0), (-9.0, 9.0)]), Effort(0, 0.0))
