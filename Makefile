@@ -35,8 +35,8 @@ test: setup
 # What numba compiles (20 s), once beside the style: the tests begin in several processes, and each would compile it.
 $(VENV)/.compiled: station/compiled.py $(wildcard station/diagnosis/*/*.py tests/concealed/*.py)
 	@rm -rf $(VENV)/compiled
-	@$(BIN)/python -m tests.concealed --tier null --cases 1 --seed 1 --out $(VENV)/compiled >/dev/null 2>&1
-	@$(BIN)/station diagnose $(VENV)/compiled/*/session.mcap --json >/dev/null 2>&1
+	@$(BIN)/python -m tests.concealed --tier null --cases 1 --seed 1 --out $(VENV)/compiled >/dev/null
+	@$(BIN)/station diagnose $(VENV)/compiled/*/session.mcap --json >/dev/null
 	@rm -rf $(VENV)/compiled && touch $@
 
 test-alone: setup

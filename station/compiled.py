@@ -1,19 +1,29 @@
-"""Compiles numerical functions, and caches the machine code where that is possible."""
+"""Compiles numerical functions, and caches the machine code where that is possible.
+
+A function's machine code has in it the constants and the functions of other files that it uses, and numba itself looks
+at the function's own file only: after an update of another file it would go on with the old ones. So nothing is kept
+for longer than all sources of a folder stay as they are.
+"""
 
 from __future__ import annotations
 
 import functools
 import hashlib
+import os
 from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import numba
 import numba.core.config
+from numba.misc.appdirs import AppDirs
 
 SETTINGS: Any = numba.core.config
 """Numba reads its environment into this module as it is imported, so its names are not declared."""
+
+STAMP = "compiled.sha256"
+"""The file beside the machine code that says of which sources it is."""
 
 
 def compiled(function: Callable[..., Any]) -> Any:
@@ -34,17 +44,31 @@ def compiled(function: Callable[..., Any]) -> Any:
 
 @contextmanager
 def _kept_for(folder: Path) -> Generator[None]:
-    """Has numba keep what is decorated inside in a folder that is another one whenever a source beside it changes.
+    """Has numba keep what is decorated inside for as long as the folder's sources stay as they are.
 
-    A function's machine code has in it the constants and the functions of other files that it uses, and numba itself
-    looks at the function's own file only: after an update of another file it would go on with the old ones.
+    Beside the source what is stale is deleted. A cache that other versions may use has a part for these sources.
     """
-    asked = SETTINGS.CACHE_DIR
-    SETTINGS.CACHE_DIR = asked or str(folder / "__pycache__" / _digest(folder))
+    asked, digest = SETTINGS.CACHE_DIR, _digest(folder)
+    if asked or not _cleared(folder / "__pycache__", digest):
+        cache = asked or AppDirs(appname="numba", appauthor=False).user_cache_dir
+        SETTINGS.CACHE_DIR = str(Path(cache) / digest)
     try:
         yield
     finally:
         SETTINGS.CACHE_DIR = asked
+
+
+@functools.cache
+def _cleared(kept: Path, digest: str) -> bool:
+    """Deletes the machine code of other sources; False where nothing can be written."""
+    with suppress(OSError):
+        kept.mkdir(exist_ok=True)
+        if not (kept / STAMP).exists() or (kept / STAMP).read_text(encoding="utf-8") != digest:
+            for index in kept.glob("*.nbi"):
+                index.unlink(missing_ok=True)
+            (kept / STAMP).write_text(digest, encoding="utf-8")
+        return os.access(kept, os.W_OK)
+    return False
 
 
 @functools.cache

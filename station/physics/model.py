@@ -58,7 +58,7 @@ class Model:
 
     def friction(self, contact: Contact) -> Array:
         """The limit curve's support function h (n,) at `way_rad`, before the scatter."""
-        total = np.full(len(contact), self.mu_s)
+        total = np.full(len(contact), float(self.mu_s))
         for term in self.acting("friction"):
             total *= term.effect.friction(contact, term.values)
         return total
@@ -70,7 +70,7 @@ class Model:
 
     def steering(self, contact: Contact) -> Array:
         """The curve (n,) whose slope turns a slide, see `Effect.steering`."""
-        total = np.full(len(contact), self.mu_s)
+        total = np.full(len(contact), float(self.mu_s))
         for term in self.acting("friction"):
             total *= term.effect.steering(contact, term.values)
         return total

@@ -41,11 +41,11 @@ def read_parquet(path: Path) -> Any:
 
 def _require_within(path: Path, metadata: Any, leaves: Sequence[Any]) -> None:
     groups = [metadata.row_group(number) for number in range(metadata.num_row_groups)]
-    _refuse(path, "rows", metadata.num_rows, MOST_ROWS)
+    rows = max(metadata.num_rows, sum(group.num_rows for group in groups))
+    _refuse(path, "rows", rows, MOST_ROWS)
     listed = any(leaf.max_repetition_level for leaf in leaves)
-    counts = list(zip(values_of(path) if listed else [metadata.num_rows] * len(leaves), leaves, strict=False))
-    cells = sum(count for count, _ in counts)
-    _refuse(path, "cells", max(cells, metadata.num_rows * metadata.num_columns), MOST_CELLS)
+    counts = list(zip(values_of(path) if listed else [rows] * len(leaves), leaves, strict=False))
+    _refuse(path, "cells", max(sum(count for count, _ in counts), rows * metadata.num_columns), MOST_CELLS)
     packed = sum(group.total_byte_size for group in groups)
     # A value of a fixed length may stand in the file once, but in memory it stands in each row.
     fixed = sum(count * leaf.length for count, leaf in counts if leaf.physical_type == "FIXED_LEN_BYTE_ARRAY")

@@ -16,12 +16,13 @@ def values_of(path: Path) -> list[int]:
     """The values of each column that holds no others, items of lists among them, in the order of the schema.
 
     Raises:
-        OSError: if the file's account of its columns is damaged.
+        OSError: if the file's account of its columns is damaged, or nobody can look.
     """
-    asked = [sys.executable, "-m", "station.recording.parquet_values", str(path.resolve())]
-    told = subprocess.run(asked, capture_output=True, check=False, cwd=Path(__file__).parents[2])
+    # -P: the folder of this file is no place to look for modules.
+    told = subprocess.run([sys.executable, "-P", __file__, str(path)], capture_output=True, check=False)
     if told.returncode != 0:
-        raise OSError(f"what {path} says of its columns is damaged")
+        *_, why = ["", *told.stderr.decode(errors="replace").split("\n  what():  ")[-1].splitlines()]
+        raise OSError(f"the values of its columns cannot be counted: {why}")
     return json.loads(told.stdout)
 
 

@@ -65,7 +65,7 @@ def shoot(rows: Any, run: int, starts: Any, laws: Any, along: Any, shot: Any) ->
     law = laws.held[of_run], laws.slowing_m_s2[of_run], along.held[:, of_run], along.slowing_m_s2[:, of_run]
     ways, bends, begin, nodes, states, steps = shot
     for m in range(count):
-        nodes[m] = _release(pull, press, (starts[m] - first_s) / STEP_S, starts[m], law, states[m])
+        nodes[m] = _release(pull, press, first_s, starts[m], law, states[m])
         begin[m] = _stand(time, size, starts[m], ways[m], bends[m])
     node, frame = nodes.min(), begin.min()
     while frame < size:
@@ -80,10 +80,15 @@ def shoot(rows: Any, run: int, starts: Any, laws: Any, along: Any, shot: Any) ->
 
 
 @compiled
-def _release(pull: Any, press: Any, place: float, start: float, law: Any, states: Any) -> int:
-    """Writes the state at the release; returns the grid point before it."""
+def _release(pull: Any, press: Any, first_s: float, start: float, law: Any, states: Any) -> int:
+    """Writes the state at the release; returns the grid point before it, by the times that `shoot` gives them."""
     held, slowing, by_held, by_slowing = law
+    place = (start - first_s) / STEP_S
     node = int(place)
+    if first_s + node * STEP_S > start:
+        node -= 1
+    if first_s + (node + 1) * STEP_S <= start:
+        node += 1
     part = place - node
     pulled = pull[node] + part * (pull[node + 1] - pull[node])
     pressed = press[node] + part * (press[node + 1] - press[node])

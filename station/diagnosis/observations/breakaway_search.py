@@ -15,7 +15,8 @@ REACH = 3.0
 
 DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-2, 1e-6, 1e8
 TIMES_AFTER_GAIN, TIMES_AFTER_LOSS = 0.1, 10.0
-"""The damping at first and its bounds, and its factor after a step (Marquardt 1963, J. SIAM 11, 431)."""
+"""The damping at first, the least, and that beyond which no step is sought, and its factors after a step (Marquardt
+1963, J. SIAM 11, 431)."""
 
 LEAST_CURVATURE = 1e-3
 """The least curvature of a direction, as a share of the complete data's: elsewhere nothing is known of the way up."""

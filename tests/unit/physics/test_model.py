@@ -97,6 +97,14 @@ def test_friction_multiplies_and_pushes_add() -> None:
     np.testing.assert_allclose(both.push(state), parts)
 
 
+def test_a_whole_number_is_a_coefficient() -> None:
+    """Whoever builds a model in Python may write 1 for 1.0."""
+    state, terms = contacts(moving=True), model(kinetic_drop={"drop": 0.2}).terms
+    whole, real = (Model(mu_s=mu_s, terms=terms) for mu_s in (1, 1.0))
+    assert whole.friction(state).tolist() == real.friction(state).tolist()
+    assert whole.steering(state).tolist() == real.steering(state).tolist()
+
+
 def test_displacements_and_delays_add() -> None:
     """The image shows the sum."""
     view = views()

@@ -40,6 +40,18 @@ def test_more_rows_than_fit_are_refused_before_they_are_read(tmp_path: Path, rea
         read(path)
 
 
+def test_a_footer_that_says_fewer_rows_than_its_groups_is_not_believed(tmp_path: Path) -> None:
+    """pyarrow reads what the groups say."""
+    path = written(tmp_path / "a.parquet", onset_angle_rad=repeated(0.3, parquet.MOST_ROWS + 1))
+    content = path.read_bytes()
+    footer = len(content) - 8 - int.from_bytes(content[-8:-4], "little")
+    many, five = bytes.fromhex("168289 7a"), bytes.fromhex("168a80 00")
+    path.write_bytes(content[:footer] + content[footer:].replace(many, five, 1))
+    assert pq.ParquetFile(path).metadata.num_rows == 5
+    with pytest.raises(UserError, match="at most 1000000 rows"):
+        read_parquet(path)
+
+
 def test_items_of_lists_count_as_cells(tmp_path: Path) -> None:
     items = repeated(0.3, parquet.MOST_CELLS + 1).dictionary_decode()
     column = pa.ListArray.from_arrays(pa.array([0, len(items)], pa.int32()), items)
@@ -56,7 +68,7 @@ def test_a_table_whose_account_of_its_columns_is_damaged_is_refused(
     optional, required = bytes.fromhex("250218") + b"\x07element", bytes.fromhex("250018") + b"\x07element"
     assert path.read_bytes().count(optional) == 1
     path.write_bytes(path.read_bytes().replace(optional, required))
-    with pytest.raises(UserError, match="damaged"):
+    with pytest.raises(UserError, match="cannot be counted: Definition level histogram size mismatch"):
         read(path)
 
 
