@@ -117,7 +117,12 @@ def commands() -> dict[str, Path]:
 
 
 def _imported(module: str) -> ModuleType:
-    """Imports a command without searching for garbage meanwhile, and leaves what it loads, which stays, unsearched."""
+    """Imports a command without searching for garbage meanwhile, and leaves what it loads, which stays, unsearched.
+
+    A command that is loaded already leaves nothing new: freezing again would keep the garbage of the time between.
+    """
+    if module in sys.modules:
+        return sys.modules[module]
     gc.disable()
     try:
         return importlib.import_module(module)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import gc
 import importlib
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +14,7 @@ from shared.errors import UserError
 from station import __main__ as command
 from station.app.commands import samples
 
+GOLDEN = Path(__file__).parents[2] / "golden" / "session.mcap"
 FILES = sorted(path.stem for path in command.COMMANDS.glob("[a-z]*.py"))
 
 
@@ -104,3 +106,13 @@ def test_the_rig_is_not_started_for_a_session_that_cannot_be(
     printed = capsys.readouterr()
     assert said in printed.err
     assert not printed.out
+
+
+def test_a_command_that_is_asked_again_keeps_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    """Python's garbage of one command stayed for good when the next one began: 150 kB each time in one process."""
+    words = ["doctor", str(GOLDEN)]
+    assert command.main(words) == command.main(words)
+    kept = gc.get_freeze_count()
+    assert command.main(words) == command.main(words)
+    assert capsys.readouterr().out
+    assert gc.get_freeze_count() == kept

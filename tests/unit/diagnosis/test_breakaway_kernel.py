@@ -18,9 +18,9 @@ def grid_point_s(number: float) -> float:
 
 def one_run(frame_s: float) -> Rows:
     """A run with frames every 10 ms and one more at a given time."""
-    time = np.sort(np.array([*(FIRST_S + STEP_S + 0.0101 * np.arange(FRAMES)), frame_s]))
+    time = np.sort(np.array([*(FIRST_S + STEP_S + 0.0101 * np.arange(FRAMES)), frame_s], dtype=np.float64))
     path = 0.3 * np.square(np.maximum(time - frame_s, 0.0))
-    pull, press = 3.0 + 1e-3 * np.arange(NODES), np.full(NODES, 9.0)
+    pull, press = np.linspace(3.0, 3.4, NODES), np.full(NODES, 9.0)
     sine, sigma = np.full_like(time, 0.3), np.array([1e-4])
     return Rows(
         np.array([FIRST_S]), pull[None], press[None], np.array([len(time)]), time[None], path[None], sine[None], sigma
