@@ -38,7 +38,8 @@ class Repaired:
             "messages whose topic was defined in a damaged record": found.unknown_messages,
         }
         lost = ", ".join(f"{count} {what}" for what, count in counts.items() if count)
-        said = f"{self.path}: {found.messages} messages saved; lost: {lost or 'nothing'}"
+        nothing = "nothing that can be told, as the file was never finished" if found.cut_off else "nothing"
+        said = f"{self.path}: {found.messages} messages saved; lost: {lost or nothing}"
         if not found.malformed:
             return said
         return f"{said}; saved as they are, but left out by every reader: {counted(found.malformed)}"

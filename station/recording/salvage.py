@@ -39,6 +39,8 @@ class Findings:
     """Payloads by topic that are no message of it; they are saved as they are."""
     lost_bytes: int = 0
     """The bytes after the last whole record."""
+    cut_off: bool = False
+    """True if the file does not say where its data ends: nobody can tell what came after."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +108,7 @@ class Salvage:
     def _take_note(self, gap: Gap) -> None:
         if gap.last:
             self.findings.lost_bytes += gap.length
+            self.findings.cut_off = True
         else:
             self.findings.bad_records += 1
 

@@ -48,6 +48,7 @@ class Gap:
 def walk(file: BinaryIO, places: Places) -> Iterator[Record | Gap]:
     """Every record of the data, and every gap between them, in the order of the file.
 
+    A file that does not say where its data ends is cut off: it ends with a gap, though it may be of no bytes.
     Behind a chunk stand the indexes of its messages: one of them that calls itself a message would add one that
     nobody sent, and is a gap.
     """
@@ -61,6 +62,7 @@ def walk(file: BinaryIO, places: Places) -> Iterator[Record | Gap]:
                 found = Gap(end - position, last=False)
         yield found
         position, in_chunk = end, isinstance(found, Gap) or found.opcode in (Opcode.CHUNK, Opcode.MESSAGE_INDEX)
+    yield Gap(0, last=True)
 
 
 def _is_end(record: Record, *, behind: int) -> bool:

@@ -83,6 +83,14 @@ def test_an_unfinished_file_says_what_it_loses_by_a_damaged_kind(whole: Path, tm
         assert contents(open_recording(done.path)) == expected or not done.sentence.endswith("lost: nothing")
 
 
+def test_a_file_that_was_cut_off_between_two_records_does_not_claim_to_be_whole(whole: Path, tmp_path: Path) -> None:
+    """Nobody can tell what would have come after."""
+    content = whole.read_bytes()
+    for record in data_records(whole):
+        done = repaired(content[: record.offset], tmp_path, partial=True)
+        assert done.sentence.endswith("lost: nothing that can be told, as the file was never finished")
+
+
 def test_a_name_that_was_damaged_is_taken_from_the_index(whole: Path, tmp_path: Path) -> None:
     content = bytearray(whole.read_bytes())
     place = next(one for one in open_recording(whole).summary.metadata_indexes if one.name == "recorder").offset
