@@ -45,7 +45,8 @@ def in_the_users_cache(folder: Path) -> dict[str, str]:
 def said(folder: Path, words: dict[str, str], *, factor: float) -> list[str]:
     (folder / "callee.py").write_text(CALLEE.format(factor=factor), encoding="utf-8")
     clean = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
-    environment = {**clean, "PYTHONPATH": str(ROOT), **words}
+    # Bytecode is taken for that of a source of the same size that was written in the same second.
+    environment = {**clean, "PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1", **words}
     command = [sys.executable, "caller.py"]
     return subprocess.run(
         command, cwd=folder, env=environment, capture_output=True, text=True, check=True
