@@ -27,7 +27,7 @@ and for the path alone the time when it begins, and how long it takes, s."""
 
 
 class Shot(NamedTuple):
-    """Blocks released at k moments: their paths and the slopes of these by q numbers, at n frames.
+    """Holds the paths of blocks released at k moments, and the slopes of these by q numbers, at n frames.
 
     `ways` (k, q + 1, n), m, have the path before its slopes, and `bends` the slopes of these by D. `begin` (k,) is the
     first frame after each moment, and `node` (k,) the grid point before it. `states` (k, q + 1, 9) are those at the
@@ -49,7 +49,7 @@ def room(moments: int, numbers: int, frames: int) -> Any:
     return Shot(
         np.zeros((moments, rows, frames)), np.zeros((moments, rows, frames)),
         np.zeros(moments, np.int64), np.zeros(moments, np.int64),
-        np.zeros((moments, rows, 9)), np.zeros((moments, rows, 8)),
+        np.zeros((moments, rows, NOW + 1)), np.zeros((moments, rows, SPAN + 1)),
     )  # fmt: skip
 
 

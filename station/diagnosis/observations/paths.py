@@ -17,8 +17,7 @@ from scipy.optimize import least_squares
 
 from station.diagnosis.observations.breakaway import Breakaways, Law
 from station.diagnosis.observations.breakaway_search import Effort, Sloped, climbed
-from station.diagnosis.observations.breakaway_slopes import Along
-from station.diagnosis.observations.breakaway_tables import COUNT, SPEEDS_M_S, Laws, cubics
+from station.diagnosis.observations.breakaway_tables import COUNT, SPEEDS_M_S, Along, Laws, cubics
 from station.physics.contact import GRAVITY_M_S2, Array, Bools, Contact
 from station.physics.model import Model, Term
 from station.physics.parameter import Parameter
