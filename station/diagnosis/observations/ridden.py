@@ -24,7 +24,7 @@ class Ride:
     """One slide: the run's place in the evidence, its frames (k,), poses (k, 3) as seen, and the camera's view of them.
 
     The first FRAMES frames are the first window, from which a simulation takes its start; there are more than these.
-    `rest_s` is the block's dwell before it.
+    `rest_s` is the block's dwell before it; it began at `slip_ns`.
     """
 
     run: int
@@ -32,6 +32,7 @@ class Ride:
     pose: Array
     view: View
     rest_s: float
+    slip_ns: int
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -81,6 +82,7 @@ def _ride(recorded: Recorded, place: int, from_ns: int, to_ns: int) -> Ride | No
         pose=pose,
         view=_view(recorded, track, time_ns, pose),
         rest_s=float(recorded.rested.typical()[place]),
+        slip_ns=track.slip_ns,
     )
 
 

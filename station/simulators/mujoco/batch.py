@@ -78,7 +78,7 @@ class _Batch:
         self._onset_s, self._slip_end_s, self._way = (np.full(n, np.nan) for _ in range(3))
         self._bodies, self._step_s = _bodies(commands, setup)
         self._place = commands.start.copy()
-        self._rest_from_s = commands.time_s[:, 0] - commands.rest_s
+        self._rest_from_s = commands.rest_from_s
         self._seen: list[Places] = [Places(np.arange(n), commands.time_s[:, 0], commands.start.copy())]
         self._quiet_s = np.zeros(n)
 
@@ -90,7 +90,7 @@ class _Batch:
         number = np.zeros(len(commands), dtype=np.intp)
         way = np.arctan2(commands.velocity[sliding, 1], commands.velocity[sliding, 0])
         runs = self._begun(everyone[sliding], first[sliding], number[sliding], way, commands.velocity[sliding])
-        runs.slid_from_s[:] = runs.time_s
+        runs.slid_from_s[:] = runs.time_s - commands.slid_s[sliding]
         runs = _joined(runs, self._woken(everyone[~sliding], first[~sliding], number[~sliding]))
         while len(runs.row):
             surplus = self._follower.step(runs)

@@ -38,7 +38,8 @@ class Commands:
         swing_rad: (n, k−1, 3) how far it had swung before, back and forth, see `station.physics.reversals`.
         start: (n, 3) x, y (m) and yaw (rad) of the block at the first knot.
         velocity: (n, 3) of the block at the first knot, m/s and rad/s; mostly 0: it lies there.
-        rest_s: (n,) how long it had lain there by then.
+        rest_s: (n,) how long it had lain there by then, or before its slide.
+        slid_s: (n,) how long it had slid by then; 0 if it lies or begins to slide.
         run: (n,) number of the run in its session, from 0.
         mass_kg, area_m2, mount_rad, temperature_c, relative_humidity: (n,) as in `Contact`.
         border_m: radius of the opening in the foam; inf without foam.
@@ -56,6 +57,7 @@ class Commands:
     start: Array
     velocity: Array
     rest_s: Array
+    slid_s: Array
     run: Array
     mass_kg: Array
     area_m2: Array
@@ -77,6 +79,11 @@ class Commands:
     def end_s(self) -> Array:
         """The end (n,), s, of each run."""
         return self.time_s[:, -1]
+
+    @property
+    def rest_from_s(self) -> Array:
+        """When each block came to rest (n,), s, before the first knot or before the slide that it is in there."""
+        return self.time_s[:, 0] - self.slid_s - self.rest_s
 
     @property
     def tilt_rad(self) -> Array:
@@ -255,6 +262,7 @@ def _accelerations(time_s: Array, rate: Array) -> Array:
 
 _USUAL = {
     "rest_s": 10.0,
+    "slid_s": 0.0,
     "mass_kg": 0.00785,
     "area_m2": 1e-4,
     "mount_rad": 0.0,

@@ -136,7 +136,7 @@ class _Batch:
         self._rest, self._slide = Rest(world, curve), Slide(world, curve, traced=path.wanted)
         self.onset_s, self.way_rad, self.slip_end_s = (np.full(n, np.nan) for _ in range(3))
         self.place = world.commands.start.copy()
-        self._rest_from_s = world.commands.time_s[:, 0] - world.commands.rest_s
+        self._rest_from_s = world.commands.rest_from_s
         self._now_s = world.commands.time_s[:, 0].copy()
         self._number = np.zeros(n, dtype=np.intp)
 
@@ -154,7 +154,9 @@ class _Batch:
         if not len(row):
             return np.arange(len(speed))
         time_s, way = self._now_s[row], np.arctan2(commands.velocity[row, 1], commands.velocity[row, 0])
-        blocks = self._world.blocks(row, self._number[row], rest_from_s=self._rest_from_s[row], slid_from_s=time_s)
+        blocks = self._world.blocks(
+            row, self._number[row], rest_from_s=self._rest_from_s[row], slid_from_s=time_s - commands.slid_s[row]
+        )
         nodes, stop = self._slide.run(
             blocks, time_s, self.place[row], way=way, speed=speed[row], yaw_rate=commands.velocity[row, 2]
         )

@@ -60,6 +60,18 @@ def test_a_plate_with_play_leads_blocks_where_they_were_seen() -> None:
     assert np.nanmedian(slide_errors(evidence, play, everyone, run_effects=own).path_m) < 0.2e-3  # it was 1.4 mm
 
 
+def test_a_shaken_block_is_pushed_as_its_slide_began_and_not_again() -> None:
+    """The simulation begins amid the slide: as if that began there, the path was 5 mm off."""
+    recorded, rig = golden()
+    rig = replace(rig, plate=replace(rig.plate, opening_m=2 * OPENING_RADIUS_M))
+    values = {"sd_m_s2": 0.3, "cos1": 0.0, "sin1": 0.0, "tone_hz": 5.0}
+    shaken = Model(mu_s=0.35, terms=(Term(catalogue()["arm_vibration"], values),))
+    session = joined([simulator("planar").repeat(recorded, shaken, rig=rig) for _ in range(4)])
+    evidence = evidence_of(session, Setting(opening_radius_m=OPENING_RADIUS_M))
+    everyone, own = np.ones(evidence.runs, dtype=np.bool_), np.nan_to_num(evidence.channels[0].residual(shaken))
+    assert np.nanmedian(slide_errors(evidence, shaken, everyone, run_effects=own).path_m) < 0.15e-3
+
+
 def test_a_block_that_turns_is_led_by_what_turns_it() -> None:
     recorded, rig = golden()
     rig = replace(rig, plate=replace(rig.plate, opening_m=2 * OPENING_RADIUS_M))
