@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import signal
 import subprocess
 import sys
@@ -12,10 +13,13 @@ from pathlib import Path
 
 from shared.zenoh_bus import ZenohBus
 from station.app.assembly import rig_from, simulated_rig_path
+from station.rig.arm_settings import GateSettings
 from tests.patience import PATIENCE_S
 from tests.system.ports import free_port
 
 ROOT = Path(__file__).parents[2]
+LEVEL_RAD = math.radians(GateSettings().settle_tolerance_deg)
+"""A recording may end as soon as the arm counts as settled: its last tilt is promised no better than that."""
 
 
 def rig_file(folder: Path, *, name: str = "system", extra: str = "") -> Path:

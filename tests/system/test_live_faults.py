@@ -25,7 +25,7 @@ from shared.zenoh_bus import RawSession
 from station.app import assembly
 from station.recording.reader import open_recording
 from tests.system.live_rig import FAST, HELPERS, Rig, decided_the_same, events_of, samples_of, tilt_of
-from tests.system.processes import ROOT
+from tests.system.processes import LEVEL_RAD, ROOT
 
 pytestmark = pytest.mark.system
 FORGED = {
@@ -103,7 +103,7 @@ def test_sigterm_to_the_station_alone_levels_and_closes_and_leaves_the_others_ru
     reader = open_recording(path)
     assert events_of(reader)[-1].phase == "ABORTED"
     last = [item.message for item in reader.messages({"arm/platform"})][-1]
-    assert tilt_of(last) < 0.002
+    assert tilt_of(last) < LEVEL_RAD
     assert all(rig.processes[name].poll() is None for name in HELPERS)
 
 

@@ -17,7 +17,7 @@ from shared.geometry import tilt_of
 from shared.messages import PlatformState
 from station.recording.reader import open_recording
 from tests.patience import PATIENCE_S
-from tests.system.processes import ROOT, observer, rig_file, wait
+from tests.system.processes import LEVEL_RAD, ROOT, observer, rig_file, wait
 
 pytestmark = pytest.mark.system
 PLAN = "samples = 1\nfaults = 1000\n[tilt]\nsteps = 20\nrate_deg_s = 10.0\nadapt_after = 0\n"
@@ -91,7 +91,7 @@ def test_nobody_outlives_the_rig_that_started_it_and_the_next_start_works(rig: P
     if end == "terminal closed":
         last = [item.message for item in open_recording(out).messages({"arm/platform"})][-1]
         assert isinstance(last, PlatformState)
-        assert tilt_of(last.qw, last.qx, last.qy, last.qz) < 0.002
+        assert tilt_of(last.qw, last.qx, last.qy, last.qz) < LEVEL_RAD
     again = subprocess.run(
         [*command, "1", "--out", str(tmp_path / "second.mcap")],
         cwd=ROOT,

@@ -14,7 +14,7 @@ from shared.messages import AgentStatus, MarkerCorners, Message, PlatformState, 
 from station.__main__ import main
 from station.recording.reader import open_recording
 from tests.patience import PATIENCE_S
-from tests.system.processes import ROOT, end, observer, rig_file, running, start, wait, wait_for
+from tests.system.processes import LEVEL_RAD, ROOT, end, observer, rig_file, running, start, wait, wait_for
 
 pytestmark = pytest.mark.system
 
@@ -79,7 +79,7 @@ def test_ctrl_c_levels_the_plate_closes_the_recording_and_stops_everybody(tmp_pa
     attitudes = [item.message for item in open_recording(out).messages({"arm/platform"})]
     recorded = [tilt(message) for message in attitudes]
     assert max(recorded) > 0.05
-    assert recorded[-1] < 0.001
+    assert recorded[-1] < LEVEL_RAD
     events = [item.message for item in open_recording(out).messages({"session/event"})]
     phases = [event.phase for event in events if isinstance(event, RunEvent)]
     assert "ABORTED" in phases
