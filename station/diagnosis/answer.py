@@ -15,6 +15,7 @@ from station.diagnosis.inference.values import values_of
 from station.diagnosis.likelihood.systematic import without_nuisances
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.result import Candidates, Diagnosis, EffectFound, FitQuality, Own, Verdict
+from station.diagnosis.search.acting import acting
 from station.diagnosis.search.advised import advice
 from station.diagnosis.search.locate import located, summary_of
 from station.diagnosis.search.posterior import Posteriors, called
@@ -163,6 +164,7 @@ def _effect(evidence: Evidence, found: Search, fitted: Fit, term: Term, judged: 
         own=own,
         separated_by=advice(evidence, effect),
         other_by=_other_by(found, effect.id) if len(near) > 1 and "other" in near else "",
+        acting=acting(evidence, fitted, effect),
     )
 
 

@@ -19,6 +19,7 @@ from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.predict.simulated import parts_of_given, quality_of_given
 from station.diagnosis.result import Diagnosis, EffectFound, NextExperiment
+from station.diagnosis.search.acting import acting
 from station.diagnosis.search.locate import located
 from station.diagnosis.search.posterior import called, posteriors_of
 from station.diagnosis.search.search import Progress, in_stages, looked_at, search
@@ -233,4 +234,5 @@ def _of_simulation(beside: Beside, simulated: Found) -> EffectFound:
         determined=() if changed is None else (changed,),
         separated_by=effect.separated_by,
         side=beside.side,
+        acting=acting(simulated.evidence, fitted, effect),
     )

@@ -133,6 +133,29 @@ class Combination:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Acting:
+    """By how much an effect acts in one phase of each run, in units of the spread between equal runs.
+
+    `sizes` are the sizes in the runs with the numbers `runs`; a run that does not show the phase is in neither.
+    """
+
+    phase: str
+    runs: tuple[int, ...]
+    sizes: tuple[float, ...]
+
+    @property
+    def median(self) -> float:
+        """The median size."""
+        return float(np.median(self.sizes))
+
+    @property
+    def most(self) -> tuple[int, float]:
+        """The run in which it acts most, and its size there."""
+        place = int(np.argmax(self.sizes))
+        return self.runs[place], self.sizes[place]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Own:
     """The gain in the prediction of unseen runs by one name beside all others, with standard errors.
 
@@ -156,7 +179,7 @@ class EffectFound:
 
     `determined` are the combinations that are identifiable where single numbers are not; `own` is what the name adds to
     the prediction of unseen runs; `separated_by` is the advice that separates the class, and `other_by` what `other` in
-    it depends on.
+    it depends on. `acting` tells in which phases of which runs it acts, by the model that has it.
     """
 
     id: str
@@ -170,6 +193,7 @@ class EffectFound:
     own: Own | None = None
     side: Side = "recording"
     other_by: str = ""
+    acting: tuple[Acting, ...] = ()
 
     @property
     def members(self) -> list[str]:
@@ -389,6 +413,7 @@ def _effect(effect: EffectFound) -> dict[str, Any]:
         "held_out": None if effect.own is None else _own(effect.own),
         "side": effect.side,
         "other_by": effect.other_by,
+        "acting": [asdict(one) for one in effect.acting],
     }
 
 

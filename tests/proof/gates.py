@@ -146,6 +146,12 @@ def _of_places_and_numbers(cases: Sequence[Scored]) -> list[Gate]:
             least=0.9,
             asked="≥ 0.9",
         ),
+        figure(
+            "acting",
+            "where a named effect acts, by its own sizes: area under the curve",
+            (value for one in strong for value in one.acting_aucs()),
+            _mean,
+        ),
         figure("z_sd", "parameters: sd of the z-scores about zero", z, _sd, least=0.85, most=1.2, asked="0.85 … 1.2"),
         figure("z_robust", "parameters: sd of the z-scores from their quartiles", z, _robust_sd),
         share(

@@ -6,13 +6,14 @@ that the key lists for an effect are one place by several names (a speed law sho
 count by the best of them.
 
 A generator that records by how much an effect acted in each phase of each run, and no covariate, is scored by run ×
-phase: a cell by the surest of the tool's places in that phase.
+phase: a cell by the surest of the tool's places in that phase. Apart from that, an effect that the tool names is scored
+by what the tool says of its size in that run and phase.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -54,6 +55,7 @@ STRONG, WEAK = 0.5, 0.25
 """Runs with at least this share of the largest shift must be found; those below `WEAK` must not."""
 
 Cell = tuple[str, str]
+RunPhase = tuple[str, int]
 
 
 def cell(phase: str, covariate: str) -> Cell:
@@ -117,7 +119,36 @@ def place_auc(said: Said, effect: Concealed, *, others: Iterable[Concealed] = ()
     return auc(positive, negative)
 
 
+def acting_auc(said: Said, effect: Concealed) -> float:
+    """The area under the curve of what the tool says of a rightly named effect's sizes by run and phase.
+
+    0.5 without that name: nothing is said of it. It is nan where the generator has no record.
+    """
+    if not effect.acted:
+        return math.nan
+    named = next((one for one in said.claimed if effect.right & set(one["class"])), {})
+    sizes: dict[RunPhase, float] = {}
+    for phase in named.get("acting", ()):
+        for run, size in zip(phase["runs"], phase["sizes"], strict=True):
+            cell = PHASES.get(phase["phase"], phase["phase"]), run
+            sizes[cell] = max(size, sizes.get(cell, 0.0))
+    return _auc_of_cells(effect, lambda cell: sizes.get(cell, 0.0))
+
+
 def _auc_by_phase(said: Said, effect: Concealed, others: Iterable[Concealed]) -> float:
+    found = found_places(said)
+    excused = {
+        cell for other in others for cell, value in other.acted.items() if value >= WEAK * max(other.acted.values())
+    }
+
+    def score(cell: RunPhase) -> float:
+        phase, run = cell
+        return max((_score(found, place, run) for place in found if place[0] == phase), default=0.0)
+
+    return _auc_of_cells(effect, score, excused=excused)
+
+
+def _auc_of_cells(effect: Concealed, score: Callable[[RunPhase], float], *, excused: Container[RunPhase] = ()) -> float:
     """Cells (phase, run) in which an effect acted strongly, against those in which it hardly did.
 
     The record is in units of what each phase shows: where an effect acts by more than a unit it shows, even if it shows
@@ -125,15 +156,6 @@ def _auc_by_phase(said: Said, effect: Concealed, others: Iterable[Concealed]) ->
     """
     largest = max(effect.acted.values())
     strongly, hardly = min(STRONG * largest, 1.0), WEAK * min(largest, 1.0)
-    found = found_places(said)
-    excused = {
-        cell for other in others for cell, value in other.acted.items() if value >= WEAK * max(other.acted.values())
-    }
-
-    def score(cell: tuple[str, int]) -> float:
-        phase, run = cell
-        return max((_score(found, place, run) for place in found if place[0] == phase), default=0.0)
-
     positive = [score(cell) for cell, size in effect.acted.items() if size >= strongly]
     negative = [score(cell) for cell, size in effect.acted.items() if size < hardly and cell not in excused]
     return auc(positive, negative)

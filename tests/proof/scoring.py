@@ -11,7 +11,7 @@ from shared.rig import RigConfig
 from tests.proof.advice import advice_right, reason_right
 from tests.proof.key import Concealed, Truth
 from tests.proof.parameters import Map, Pull, pulls_of
-from tests.proof.places import place_auc, place_right
+from tests.proof.places import acting_auc, place_auc, place_right
 from tests.proof.said import Said, number
 
 CONFIDENT = 0.9
@@ -130,6 +130,10 @@ class Scored:
         """Returns the area under the ROC curve of each concealed effect's place."""
         effects = self.truth.effects
         return [place_auc(self.said, effect, others=_without(effects, effect)) for effect in effects]
+
+    def acting_aucs(self) -> list[float]:
+        """The same by what the tool says of each rightly named effect's own sizes."""
+        return [acting_auc(self.said, effect) for effect in self.truth.effects]
 
     def pulls(self) -> tuple[list[Pull], dict[str, str]]:
         """Parameters of the rightly named effects, and those left out."""

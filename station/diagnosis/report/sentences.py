@@ -6,7 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from station.diagnosis import thresholds
-from station.diagnosis.result import Diagnosis, EffectFound, Side
+from station.diagnosis.result import Acting, Diagnosis, EffectFound, Side, rounded
+
+LEAST_ACTING = 0.1
+"""Where an effect acts by less of the spread between equal runs, it widens that by half a per cent: it is not told."""
 
 
 def sentence(diagnosis: Diagnosis) -> str:
@@ -100,6 +103,19 @@ def claimed_effects(diagnosis: Diagnosis, *sides: Side) -> tuple[EffectFound, ..
     """The effects that are claimed, the likeliest first; with `sides`, only those that one of these sides has."""
     claimed = (effect for effect in diagnosis.effects if effect.verdict in ("supported", "indistinguishable"))
     return tuple(effect for effect in claimed if not sides or effect.side in sides)
+
+
+def acts(effect: EffectFound) -> str:
+    """Tells in which phases an effect acts, and how strongly; empty where no phase shows a tenth of the spread."""
+    told = [_acts(one) for one in effect.acting if one.most[1] >= LEAST_ACTING]
+    return f"{', '.join(effect.class_ids)} acts in: {'; '.join(told)}" if told else ""
+
+
+def _acts(one: Acting) -> str:
+    run, most = one.most
+    return (
+        f"{one.phase} ({rounded(one.median, 2)} times the spread between equal runs, {rounded(most, 2)} in run {run})"
+    )
 
 
 def set_differently(diagnosis: Diagnosis) -> list[str]:

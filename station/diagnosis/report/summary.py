@@ -12,7 +12,9 @@ from rich.table import Table
 from rich.text import Text
 
 from station.diagnosis.report.sentences import (
+    acts,
     as_expected,
+    claimed_effects,
     in_order,
     left_out,
     next_lines,
@@ -42,9 +44,10 @@ def summary(diagnosis: Diagnosis) -> RenderableType:
         parts.append(_effects(diagnosis))
     if diagnosis.given:
         parts += _numerics(diagnosis)
-    if diagnosis.located:
-        parts.append(Text("Where:"))
-        parts += [Text(f"  {place.summary} (p = {place.p:.2g})") for place in diagnosis.located[:MOST_PLACES]]
+    where = [f"{place.summary} (p = {place.p:.2g})" for place in diagnosis.located[:MOST_PLACES]]
+    where += [told for effect in claimed_effects(diagnosis) if (told := acts(effect))]
+    parts += [Text("Where:")] if where else []
+    parts += [Text(f"  {told}") for told in where]
     parts.append(_fit(diagnosis))
     if not diagnosis.given:
         parts += _numerics(diagnosis)

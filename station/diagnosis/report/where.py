@@ -10,8 +10,8 @@ from station.diagnosis.report.curves import curves, drawable
 from station.diagnosis.report.heat_map import heat_map
 from station.diagnosis.report.picture_data import PictureData
 from station.diagnosis.report.plate_map import channels_on_plate, plate_map
-from station.diagnosis.report.sentences import singular, used
-from station.diagnosis.result import Diagnosis, Located, Tested
+from station.diagnosis.report.sentences import claimed_effects, singular, used
+from station.diagnosis.result import Acting, Diagnosis, Located, Tested
 from station.pages import pieces
 from station.pages.caption import Caption
 from station.pages.figure import drawn
@@ -23,7 +23,7 @@ _MOMENT_NS = 5_000_000
 def where(diagnosis: Diagnosis, pictures: PictureData) -> str:
     """The section with residual maps over phase and covariate, the located curves, the plate map, and the places."""
     parts = [*_maps(diagnosis, pictures), *_curves(diagnosis, pictures), *_plate(diagnosis, pictures)]
-    parts.append(_places(diagnosis))
+    parts += [_places(diagnosis), _acting(diagnosis)]
     return pieces.section("Where they differ", *parts, name="where")
 
 
@@ -78,6 +78,20 @@ def _places(diagnosis: Diagnosis) -> str:
     head = ("phase", "structure", "effect size", "p", "stage", "tested", diagnosis.counted, "longest stretches")
     rows = [_row(diagnosis, place) for place in diagnosis.located]
     return pieces.table(head, rows, caption="Residual structure by rank", note=_note(diagnosis))
+
+
+def _acting(diagnosis: Diagnosis) -> str:
+    """The table of the phases in which the claimed effects act; empty without any."""
+    found = [(effect, one) for effect in claimed_effects(diagnosis) for one in effect.acting]
+    rows = [[escape(", ".join(effect.class_ids)), *_acts(one)] for effect, one in found]
+    head = ("effect", "phase", "median", "most", f"in {singular(diagnosis)}")
+    note = "Sizes are in units of the spread between equal runs: what a model without the effect expects otherwise."
+    return pieces.table(head, rows, caption="Where the effects act", note=note) if rows else ""
+
+
+def _acts(one: Acting) -> list[str]:
+    run, most = one.most
+    return [html.whole(one.phase), html.number(one.median), html.number(most), f"{run}"]
 
 
 def _note(diagnosis: Diagnosis) -> str:

@@ -1,0 +1,69 @@
+"""Where a found effect acts: by how much the model without it would expect something else, in each phase of each run.
+
+Some effects leave no residual structure: a shaking arm scatters onsets, a rolling shutter bends marks by their own
+motion, and the foam pushes a few blocks at their ends. The model that has them knows all the same where they act.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from station.diagnosis.inference.fit import Fit
+from station.diagnosis.likelihood.noise import Noise
+from station.diagnosis.likelihood.systematic import less
+from station.diagnosis.observations.channel import ONSET, Channel
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.onsets import Onsets
+from station.diagnosis.result import Acting
+from station.physics.contact import Array
+from station.physics.effect import Effect
+from station.physics.model import Model
+
+
+def acting(evidence: Evidence, fitted: Fit, effect: Effect) -> tuple[Acting, ...]:
+    """The phases in which an effect of a fitted model acts, in the order of a run, with its size in each run."""
+    model, without = fitted.model, less(fitted.model, effect.id)
+    level = _level(evidence, model, without)
+    phases: dict[str, Array] = {}
+    for channel in evidence.channels:
+        if channel.changed_by(effect):
+            change = channel.residual(without) - channel.residual(model) - (level if channel.shares_friction else 0.0)
+            square = change**2 + _scattered(channel, model, without)
+            size = _of_runs(channel, np.sqrt(square) / _spread(channel, fitted.noise), evidence.runs)
+            phases[channel.phase] = np.fmax(size, phases.get(channel.phase, size))
+    return tuple(_told(evidence, phase, sizes) for phase, sizes in phases.items())
+
+
+def _level(evidence: Evidence, model: Model, without: Model) -> float:
+    """The median change of ln friction at the onsets, which another mu has as well."""
+    onsets = evidence.channel(ONSET)
+    return 0.0 if onsets is None else float(np.median(onsets.residual(without) - onsets.residual(model)))
+
+
+def _scattered(channel: Channel, model: Model, without: Model) -> Array | float:
+    """The variance (n,) of a random push, of which only the spread is known."""
+    if not isinstance(channel, Onsets):
+        return 0.0
+    return np.square(channel.shaking(model)) - np.square(channel.shaking(without))
+
+
+def _spread(channel: Channel, noise: Noise) -> Array:
+    """The standard deviation (n,) of a row between equal runs: its reading's, its run's, and that of the path."""
+    rows, wander = channel.rows, noise.wander.get(channel.name)
+    square = (noise.factor[channel.name] * rows.sigma) ** 2 + rows.astray**2 + noise.own[channel.name] ** 2
+    square += noise.friction**2 if channel.shares_friction else 0.0
+    square += noise.group.get(channel.name, 0.0) ** 2
+    return np.sqrt(square + (wander.sd**2 if wander else 0.0))
+
+
+def _of_runs(channel: Channel, size: Array, runs: int) -> Array:
+    """Root mean squares (runs,) of the rows' sizes (n,); nan for a run without rows."""
+    count = np.bincount(channel.rows.run, minlength=runs)
+    total = np.bincount(channel.rows.run, size**2, minlength=runs)
+    return np.sqrt(np.where(count > 0, total / np.maximum(count, 1), np.nan))
+
+
+def _told(evidence: Evidence, phase: str, sizes: Array) -> Acting:
+    known = np.flatnonzero(np.isfinite(sizes))
+    numbers = evidence.run_number[known].astype(int).tolist()
+    return Acting(phase=phase, runs=tuple(numbers), sizes=tuple(np.round(sizes[known], 3).tolist()))

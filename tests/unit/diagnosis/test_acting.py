@@ -1,0 +1,89 @@
+"""The phases and runs in which an effect of a fitted model acts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from station.diagnosis.inference.fit import Fit
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.report.sentences import acts
+from station.diagnosis.result import Acting, EffectFound
+from station.diagnosis.search.acting import acting
+from station.physics.catalogue import catalogue
+from station.physics.contact import Array
+from station.physics.model import Term
+from tests.unit.diagnosis.test_held_out import plain_fit
+
+
+def found(name: str, **values: float) -> tuple[Evidence, dict[str, Acting]]:
+    """Where an effect of this size acts, beside the plain model of a session."""
+    evidence, plain = plain_fit()
+    effect = catalogue()[name]
+    fitted: Fit = replace(plain, model=plain.model.with_term(Term(effect, {**effect.neutral(), **values})))
+    return evidence, {one.phase: one for one in acting(evidence, fitted, effect)}
+
+
+def sizes(one: Acting) -> Array:
+    return np.array(one.sizes)
+
+
+def test_a_drag_acts_in_slides_alone() -> None:
+    evidence, phases = found("viscous", drag_n_s_m=0.05)
+    assert phases["onset"].most[1] < 1e-6
+    assert phases["slide"].median > 1.0
+    assert set(phases["slide"].runs) <= set(evidence.run_number.astype(int).tolist())
+
+
+def test_a_fall_of_sliding_friction_is_the_same_in_all_runs() -> None:
+    """By the drop over the friction's scatter and the windows' noise together, which is the larger one here."""
+    _, phases = found("kinetic_drop", drop=0.1)
+    assert phases["onset"].most[1] < 1e-6
+    assert sizes(phases["slide"]).min() > 0.3 * sizes(phases["slide"]).max() > 0
+
+
+def test_a_change_of_all_friction_is_another_mu() -> None:
+    """All blocks of this session have one mass; a turning plate presses them a little more or less."""
+    _, phases = found("load_dependence", exponent=0.3)
+    assert phases["onset"].most[1] < 1e-6
+    assert phases["slide"].most[1] < 0.1
+
+
+def test_a_spot_in_which_blocks_begin_acts_on_those_that_leave_it() -> None:
+    """Another mu is as well the spot's friction, in which most onsets are."""
+    evidence, phases = found("friction_patch", spot=0.3, length_m=0.01)
+    channel = next(one for one in evidence.channels if one.name == "along")
+    inside = np.hypot(channel.rows.covariates["x"], channel.rows.covariates["y"]) < 0.01
+    staying = set(evidence.run_number[channel.rows.run[inside]].astype(int).tolist())
+    slide = phases["slide"]
+    apart = [size for run, size in zip(slide.runs, slide.sizes, strict=True) if run not in staying]
+    within = [size for run, size in zip(slide.runs, slide.sizes, strict=True) if run in staying]
+    assert np.median(apart) > 1.0
+    assert np.median(within) < 0.1
+
+
+def test_shaking_acts_by_the_scatter_of_the_onsets() -> None:
+    """Its mean is hardly more than another mu: the size is the shaking's deviation over that of equal runs."""
+    _, weak = found("arm_vibration", sd_m_s2=0.1, cos1=0.0, sin1=0.0, tone_hz=5.0)
+    _, strong = found("arm_vibration", sd_m_s2=0.2, cos1=0.0, sin1=0.0, tone_hz=5.0)
+    assert strong["onset"].median == pytest.approx(2.0 * weak["onset"].median, rel=0.05)
+    assert weak["onset"].median > 0.05
+
+
+def test_the_sentence_leaves_out_phases_in_which_nothing_shows() -> None:
+    told = EffectFound(
+        id="viscous",
+        title="drag",
+        class_ids=("viscous",),
+        probability=1.0,
+        verdict="supported",
+        parameters={},
+        acting=(
+            Acting(phase="onset", runs=(1, 2), sizes=(0.0, 0.0)),
+            Acting(phase="slide", runs=(1, 2, 7), sizes=(0.5, 3.11, 1.0)),
+        ),
+    )
+    assert acts(told) == "viscous acts in: slide (1 times the spread between equal runs, 3.1 in run 2)"
+    assert acts(replace(told, acting=told.acting[:1])) == ""
