@@ -190,6 +190,11 @@ def _of_predictions(cases: Sequence[Scored]) -> list[Gate]:
             least=0.95,
             asked="≥ 95 %",
         ),
+        share(
+            "path_rises",
+            "it rises by more than two standard errors",
+            (one.paths_rise for one, fell in zip(right, path, strict=True) if fell is not None),
+        ),
     ]
 
 

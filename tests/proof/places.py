@@ -126,13 +126,14 @@ def acting_auc(said: Said, effect: Concealed) -> float:
     """
     if not effect.acted:
         return math.nan
-    named = next((one for one in said.claimed if effect.right & set(one["class"])), {})
+    nothing: Mapping[str, Any] = {}
+    named = next((one for one in said.claimed if effect.right & set(one["class"])), nothing)
     sizes: dict[RunPhase, float] = {}
-    for phase in named.get("acting", ()):
-        for run, size in zip(phase["runs"], phase["sizes"], strict=True):
-            cell = PHASES.get(phase["phase"], phase["phase"]), run
-            sizes[cell] = max(size, sizes.get(cell, 0.0))
-    return _auc_of_cells(effect, lambda cell: sizes.get(cell, 0.0))
+    for one in named.get("acting", ()):
+        phase = cell(one["phase"], "")[0]
+        for run, size in zip(one["runs"], one["sizes"], strict=True):
+            sizes[phase, run] = max(size, sizes.get((phase, run), 0.0))
+    return _auc_of_cells(effect, lambda at: sizes.get(at, 0.0))
 
 
 def _auc_by_phase(said: Said, effect: Concealed, others: Iterable[Concealed]) -> float:

@@ -126,6 +126,13 @@ class Scored:
         before, after = (self.error(figure, when) for when in ("before", "after"))
         return after < before if math.isfinite(before) and math.isfinite(after) else None
 
+    @property
+    def paths_rise(self) -> bool:
+        """True if the paths of unseen runs get worse by a right name, by more than two of their standard errors."""
+        right = [one.get("held_out") for one in self.said.claimed if self.truth.right & set(one["class"])]
+        rises = (number(one["path_gain_mm"]) < -2.0 * number(one["path_gain_se_mm"]) for one in right if one)
+        return any(rises)
+
     def aucs(self) -> list[float]:
         """Returns the area under the ROC curve of each concealed effect's place."""
         effects = self.truth.effects

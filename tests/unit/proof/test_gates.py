@@ -39,6 +39,17 @@ def test_a_loss_on_one_null_breaks_the_gate():
     assert gate([null(), null(claim("wear"), gain=-0.01)], "null_loss").met is False
 
 
+def test_paths_that_get_worse_by_a_right_name_are_told():
+    def led(gain_mm: float) -> Scored:
+        own = {"held_out": {"path_gain_mm": gain_mm, "path_gain_se_mm": 0.01}}
+        fit: dict[str, Any] = {
+            "fit": {when: {"path_rmse_mm": 1.0, "onset_rmse_deg": 1.0} for when in ("before", "after")}
+        }
+        return scored(truth("single", concealed("viscous")), said(claim("viscous") | own, **fit))
+
+    assert gate([led(0.03), led(-0.01), led(-0.03)], "path_rises").value == pytest.approx(1 / 3)
+
+
 def test_names_at_twice_the_limit_or_more():
     right, wrong = claim("viscous"), claim("kinetic_drop")
     cases = [single(right)] * 19 + [single(wrong)] + [single(wrong, strength=1.0)] * 5

@@ -3,8 +3,8 @@ from dataclasses import replace
 
 import pytest
 
-from tests.proof.places import auc, place_auc, place_right
-from tests.unit.proof.made_up import concealed, place, said, truth
+from tests.proof.places import acting_auc, auc, place_auc, place_right
+from tests.unit.proof.made_up import claim, concealed, place, said, truth
 
 ODD = tuple(range(1, 21, 2))
 CASE = truth("single", concealed("contact_aging"))
@@ -23,6 +23,20 @@ def test_the_right_place_with_the_right_runs_is_perfect():
     answer = said(located=(place("onset", "dwell", runs=ODD),))
     assert place_auc(answer, AGEING) == 1.0
     assert place_right(answer, AGEING)
+
+
+def test_a_named_effect_is_scored_by_what_it_says_of_itself():
+    """It acts in the slides of five runs and, by less, of five others, and in no onset."""
+    acted = {("slide", run): float(run % 3) for run in range(1, 16)} | {("onset", run): 0.0 for run in range(1, 16)}
+    effect = replace(AGEING, acted=acted)
+    runs = list(range(1, 16))
+    slides = {"phase": "slide", "runs": runs, "sizes": [float(run % 3) for run in runs]}
+    onsets = {"phase": "onset", "runs": runs, "sizes": [0.1] * 15}
+    named = claim("contact_aging") | {"acting": [onsets, slides]}
+    assert acting_auc(said(named), effect) == 1.0
+    assert acting_auc(said(named | {"acting": [onsets, slides | {"sizes": [1.0] * 15}]}), effect) < 1.0
+    assert acting_auc(said(claim("viscous") | {"acting": [slides]}), effect) == 0.5
+    assert math.isnan(acting_auc(said(named), AGEING))
 
 
 def test_silence_is_chance_and_a_wrong_place_is_worse():
