@@ -52,7 +52,7 @@ class Channel(ABC):
     Attributes:
         name: the channel's name in tables.
         title: what it compares, in words.
-        phase: the phase of a run in which it is seen: camera at rest, pre-slip, onset, slide or stop.
+        phase: the phase of a run in which it is seen, one of `PHASES`.
         unit: the residual's unit.
         shares_friction: True if the run's random effect on friction shifts its rows (by 1 per unit of ln mu).
         frictional: True if every law of friction changes its rows.
@@ -106,6 +106,9 @@ class Channel(ABC):
         """True if an effect changes the channel at all, even if it changes another channel far more."""
         return bool(self.hooks & effect.acts_through())
 
+
+PHASES = ("camera at rest", "pre-slip", "onset", "slide", "stop")
+"""The phases of a run in which channels are seen, in their order."""
 
 ONSET, ALONG, ACROSS, REST = "onset", "along", "across", "rest"
 """Names of channels: static friction, sliding friction, and the block's place at rest."""

@@ -11,7 +11,7 @@ from station.diagnosis.report.heat_map import heat_map
 from station.diagnosis.report.picture_data import PictureData
 from station.diagnosis.report.plate_map import channels_on_plate, plate_map
 from station.diagnosis.report.sentences import claimed_effects, singular, used
-from station.diagnosis.result import Acting, Diagnosis, Located, Tested
+from station.diagnosis.result import Acting, Diagnosis, Located, Tested, rounded
 from station.pages import pieces
 from station.pages.caption import Caption
 from station.pages.figure import drawn
@@ -85,13 +85,13 @@ def _acting(diagnosis: Diagnosis) -> str:
     found = [(effect, one) for effect in claimed_effects(diagnosis) for one in effect.acting]
     rows = [[escape(", ".join(effect.class_ids)), *_acts(one)] for effect, one in found]
     head = ("effect", "phase", "median", "most", f"in {singular(diagnosis)}")
-    note = "Sizes are in units of the spread between equal runs: what a model without the effect expects otherwise."
+    note = "By how far the model without the effect is off, in units of the spread between equal runs."
     return pieces.table(head, rows, caption="Where the effects act", note=note) if rows else ""
 
 
 def _acts(one: Acting) -> list[str]:
     run, most = one.most
-    return [html.whole(one.phase), html.number(one.median), html.number(most), f"{run}"]
+    return [html.whole(one.phase), rounded(one.median, 2), rounded(most, 2), f"{run}"]
 
 
 def _note(diagnosis: Diagnosis) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.likelihood.noise import Noise
 from station.diagnosis.likelihood.systematic import less
-from station.diagnosis.observations.channel import ONSET, Channel
+from station.diagnosis.observations.channel import ONSET, PHASES, Channel
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.result import Acting
@@ -31,7 +31,7 @@ def acting(evidence: Evidence, fitted: Fit, effect: Effect) -> tuple[Acting, ...
             square = change**2 + _scattered(channel, model, without)
             size = _of_runs(channel, np.sqrt(square) / _spread(channel, fitted.noise), evidence.runs)
             phases[channel.phase] = np.fmax(size, phases.get(channel.phase, size))
-    return tuple(_told(evidence, phase, sizes) for phase, sizes in phases.items())
+    return tuple(_told(evidence, phase, phases[phase]) for phase in PHASES if phase in phases)
 
 
 def _level(evidence: Evidence, model: Model, without: Model) -> float:
