@@ -151,8 +151,7 @@ class Acting:
     @property
     def most(self) -> tuple[int, float]:
         """The run in which it acts most, and its size there."""
-        place = int(np.argmax(self.sizes))
-        return self.runs[place], self.sizes[place]
+        return max(zip(self.runs, self.sizes, strict=True), key=lambda one: one[1])
 
 
 @dataclass(frozen=True, kw_only=True)

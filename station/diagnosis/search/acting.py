@@ -31,7 +31,7 @@ def acting(evidence: Evidence, fitted: Fit, effect: Effect) -> tuple[Acting, ...
             square = change**2 + _scattered(channel, model, without)
             size = _of_runs(channel, np.sqrt(square) / _spread(channel, fitted.noise), evidence.runs)
             phases[channel.phase] = np.fmax(size, phases.get(channel.phase, size))
-    return tuple(_told(evidence, phase, phases[phase]) for phase in PHASES if phase in phases)
+    return tuple(_in_phase(evidence, phase, phases[phase]) for phase in PHASES if phase in phases)
 
 
 def _level(evidence: Evidence, model: Model, without: Model) -> float:
@@ -63,7 +63,7 @@ def _of_runs(channel: Channel, size: Array, runs: int) -> Array:
     return np.sqrt(np.where(count > 0, total / np.maximum(count, 1), np.nan))
 
 
-def _told(evidence: Evidence, phase: str, sizes: Array) -> Acting:
+def _in_phase(evidence: Evidence, phase: str, sizes: Array) -> Acting:
     known = np.flatnonzero(np.isfinite(sizes))
     numbers = evidence.run_number[known].astype(int).tolist()
     return Acting(phase=phase, runs=tuple(numbers), sizes=tuple(np.round(sizes[known], 3).tolist()))
