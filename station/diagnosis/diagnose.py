@@ -18,9 +18,9 @@ from station.diagnosis.answer import Judged, answered, refusal, why_not
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.rig_offsets import UNKNOWN_OFFSETS, RigOffsets
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.table import table_evidence
-from station.diagnosis.observations.told import UNTOLD, Told
 from station.diagnosis.predict.folds import Folding, assigned, less, named
 from station.diagnosis.predict.quality import compared, sifted
 from station.diagnosis.report.picture_data import PictureData, picture_data
@@ -44,10 +44,10 @@ def read(source: Source) -> Recorded:
     return source() if callable(source) else source
 
 
-def evidence_from(recorded: Recorded, setting: Setting, told: Told = UNTOLD) -> Evidence:
-    """The evidence of a session, whose slips are read as is `told`, or of a table."""
+def evidence_from(recorded: Recorded, setting: Setting, rig_offsets: RigOffsets = UNKNOWN_OFFSETS) -> Evidence:
+    """The evidence of a session, whose slips are read with `rig_offsets`, or of a table."""
     if isinstance(recorded, Signals):
-        return evidence_of(recorded, setting, told)
+        return evidence_of(recorded, setting, rig_offsets)
     return table_evidence(recorded, setting)
 
 
@@ -95,11 +95,11 @@ def examined(
     effects = tuple(catalogue.values())
     staged = partial(in_stages, effects=effects, start=Model(mu_s=mu_s), rng=rng, progress=progress)
     found = staged(evidence)
-    told = Told.by(found.model.model)
+    rig_offsets = RigOffsets.of(found.model.model)
     # A table has no paths to read slips from.
-    if evidence.rides is not None and not told.is_near(evidence.told):
+    if evidence.rides is not None and not rig_offsets.is_near(evidence.rig_offsets):
         progress("reading the slips again by the clocks and the pivot that were found")
-        evidence, _ = _evidence(recorded, chosen, progress, told)
+        evidence, _ = _evidence(recorded, chosen, progress, rig_offsets)
         found = staged(evidence)
     found = search(found, rng, progress)
     progress("predicting each fold of the runs by the others")
@@ -114,11 +114,13 @@ def examined(
     return Examined(diagnosis=replace(answer, counted=counted), pictures=pictures, found=judged)
 
 
-def _evidence(source: Source, setting: Setting, progress: Progress, told: Told = UNTOLD) -> tuple[Evidence, Counted]:
+def _evidence(
+    source: Source, setting: Setting, progress: Progress, rig_offsets: RigOffsets = UNKNOWN_OFFSETS
+) -> tuple[Evidence, Counted]:
     """The evidence of what was recorded, which itself is no longer needed then, and what is counted in it."""
     recorded = read(source)
     progress("reading the evidence")
-    evidence = evidence_from(recorded, setting, told)
+    evidence = evidence_from(recorded, setting, rig_offsets)
     return evidence, _counted(recorded, evidence)
 
 

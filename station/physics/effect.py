@@ -118,7 +118,7 @@ class Effect(ABC):
         return 0.0
 
     def arm_m(self, values: Values) -> Array | None:
-        """Arm (3,), m in P, from the plate's true pivot to the told one: `push` has what it does."""
+        """Arm (3,), m in P, from the plate's true pivot to the configured one: `push` has what it does."""
         del values
         return None
 

@@ -139,7 +139,7 @@ class Model:
         return sum(term.effect.arm_delay_s(term.values) for term in self.acting("delay_s"))
 
     def arm_m(self) -> Array:
-        """The arm (3,), m, from the plate's true pivot to the told one."""
+        """The arm (3,), m, from the plate's true pivot to the configured one."""
         return _sum((term.effect.arm_m(term.values) for term in self.acting("push")), (3,))
 
     def with_term(self, term: Term) -> Model:

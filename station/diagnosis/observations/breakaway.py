@@ -155,7 +155,7 @@ class Breakaways:
         return replace(self, rows=self.rows._replace(sigma_m=times * self.rows.sigma_m))
 
     def turning_about(self, arm_m: Array) -> Breakaways:
-        """The same runs on a plate whose true pivot has the arm `arm_m` (3,), m in P, to the told one; see `swing`."""
+        """The same runs on a plate whose true pivot has the arm `arm_m` (3,), m in P, to the configured one."""
         runs = [run.turning_about(arm_m) for run in self.runs]
         expected = [_expected(run, row) for run, row in zip(runs, self.tried_s, strict=True)]
         return replace(self, runs=runs, rows=_rows(runs, self.rows.sigma_m), log_expected=np.log(np.array(expected)))
@@ -172,7 +172,7 @@ class Breakaways:
 
     @cached_property
     def _swings(self) -> Array | None:
-        """Pull and press as told on the even grids, and what each metre of an arm adds to them: (2, r, m, 4)."""
+        """Pull and press by the configured pivot on the even grids, and what each metre of arm adds: (2, r, m, 4)."""
         known = [swing for run in self.runs if (swing := run.swing) is not None]
         if len(known) < len(self.runs):
             return None

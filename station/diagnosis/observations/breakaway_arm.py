@@ -38,7 +38,7 @@ AXES = np.eye(3)
 
 
 def likeliest_arm(paths: Breakaways, law: Law) -> Array:
-    """The arm (3,), m, from the plate's true pivot to the told one; `law` is the one that fits best without an arm.
+    """The arm (3,), m, from the plate's true pivot to the configured one; `law` fits best without an arm.
 
     It is 0 unless the paths gain by each of its numbers as much as a number of a law has to bring, beside that law or
     without any: what an arm does was put down to the law.

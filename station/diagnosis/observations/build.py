@@ -20,12 +20,12 @@ from station.diagnosis.observations.paths import Paths
 from station.diagnosis.observations.plate import PlateMotion
 from station.diagnosis.observations.rested import rested
 from station.diagnosis.observations.ridden import rides
+from station.diagnosis.observations.rig_offsets import UNKNOWN_OFFSETS, RigOffsets
 from station.diagnosis.observations.sensor_rows import sensor_channel
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.slide_rows import slide_channels
 from station.diagnosis.observations.slips import Reread, reread
 from station.diagnosis.observations.tips import tips_of
-from station.diagnosis.observations.told import UNTOLD, Told
 from station.diagnosis.observations.tracks import RunTrack, run_tracks
 from station.diagnosis.observations.windows import windows_of
 from station.signals.session import Signals
@@ -34,16 +34,16 @@ from station.signals.session import Signals
 class Recorded:
     """The data from which the builders of the channels work; `free_windows` are those clear of the foam.
 
-    Slips are read as is `told`, on the plate `slipping`, which is `plate` for frames that are stamped late.
+    Slips are read with `rig_offsets`, on the plate `slipping`, which is `plate` for frames that are stamped late.
     """
 
-    def __init__(self, signals: Signals, setting: Setting, told: Told = UNTOLD) -> None:
+    def __init__(self, signals: Signals, setting: Setting, rig_offsets: RigOffsets = UNKNOWN_OFFSETS) -> None:
         self.signals, self.setting = signals, setting
         self.plate = PlateMotion(signals.attitude, signals.motions)
-        self.slipping = self.plate.for_stamps(late_s=told.late_s)
+        self.slipping = self.plate.for_stamps(late_s=rig_offsets.late_s)
         tracks = tuple(track for track in run_tracks(signals) if self._usable(track))
-        self.reread = reread(tracks, self.slipping, setting, told)
-        self.told = Told(told.late_s, self.reread.arm_m)
+        self.reread = reread(tracks, self.slipping, setting, rig_offsets)
+        self.rig_offsets = RigOffsets(rig_offsets.late_s, self.reread.arm_m)
         self.tracks = self.reread.tracks
         self.facts = facts_of([track.sample for track in self.tracks], setting)
         self.rested = rested(self.tracks, self.facts.rest_ns, self.plate)
@@ -54,13 +54,13 @@ class Recorded:
         return len(self.plate) > 3 and self.plate.covers(track.slip_ns or track.end_ns)
 
 
-def evidence_of(signals: Signals, setting: Setting, told: Told = UNTOLD) -> Evidence:
+def evidence_of(signals: Signals, setting: Setting, rig_offsets: RigOffsets = UNKNOWN_OFFSETS) -> Evidence:
     """The evidence of a session; `notes` has one sentence for each thing that it lacks.
 
-    A slip's moment is read from path and load together, with the stamps and the loads that are `told`. Models have
+    A slip's moment is read from path and load together, with the stamps and the loads of `rig_offsets`. Models have
     their own delays and pivots; one with these finds the slips as it would have read them itself.
     """
-    recorded = Recorded(signals, setting, told)
+    recorded = Recorded(signals, setting, rig_offsets)
     channels: list[Channel] = []
     onsets = next((channel for channel in onset_channel(recorded) if isinstance(channel, Onsets)), None)
     if onsets is not None:
@@ -77,7 +77,7 @@ def evidence_of(signals: Signals, setting: Setting, told: Told = UNTOLD) -> Evid
         tips=tips_of(recorded),
         left_out=left_out(recorded, channels),
         paths=_paths(recorded.reread, onsets),
-        told=recorded.told,
+        rig_offsets=recorded.rig_offsets,
         rides=rides(recorded) if len(recorded.free_windows) else None,
     )
 

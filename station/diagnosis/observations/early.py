@@ -49,7 +49,7 @@ class Early:
     swing: Swing | None = None
 
     def turning_about(self, arm_m: Array) -> Early:
-        """The same run on a plate whose true pivot has the arm `arm_m` (3,), m in P, to the told one."""
+        """The same run on a plate whose true pivot has the arm `arm_m` (3,), m in P, to the configured one."""
         if self.swing is None:
             return self
         pull, press = self.swing.loads(arm_m)

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from station.diagnosis.observations.channel import ALONG, ONSET, Channel
 from station.diagnosis.observations.moments import RunFacts
+from station.diagnosis.observations.rig_offsets import UNKNOWN_OFFSETS, RigOffsets
 from station.diagnosis.observations.tips import NO_TIPS, Tips
-from station.diagnosis.observations.told import UNTOLD, Told
 from station.physics.contact import Array, Bools, Contact
 
 if TYPE_CHECKING:
@@ -29,11 +29,12 @@ class Evidence:
     """The evidence; `run_number` (r,) are the recording's own numbers, and rows refer to runs by their place in it.
 
     `tips` has the runs in which the block toppled: no channel has those. `paths` are the blocks' breakaways, if slides
-    are not plain, whose slips were read as is `told`; `rides` are the slides frame by frame, for a simulator. Runs that
-    are `held_out` (r,) are predicted and not fitted; None: there are none. `floor` is the least noise of rows and runs.
-    `group` (r,) numbers the groups of runs that share a draw of friction, as those of one specimen; None: each run is
-    on its own. `stretch` (r,) numbers the stretches of one speed in continuous records; None: there are too few to know
-    how they scatter. `left_out` counts the runs without a row of friction by the reason, a verb whose subject they are.
+    are not plain, whose slips were read with `rig_offsets`; `rides` are the slides frame by frame, for a simulator.
+    Runs that are `held_out` (r,) are predicted and not fitted; None: there are none. `floor` is the least noise of rows
+    and runs. `group` (r,) numbers the groups of runs that share a draw of friction, as those of one specimen; None:
+    each run is on its own. `stretch` (r,) numbers the stretches of one speed in continuous records; None: there are too
+    few to know how they scatter. `left_out` counts the runs without a row of friction by the reason, a verb whose
+    subject they are.
     """
 
     channels: tuple[Channel, ...]
@@ -43,7 +44,7 @@ class Evidence:
     notes: tuple[str, ...] = field(default=())
     tips: Tips = NO_TIPS
     paths: Paths | None = None
-    told: Told = UNTOLD
+    rig_offsets: RigOffsets = UNKNOWN_OFFSETS
     rides: Rides | None = None
     held_out: Bools | None = None
     floor: Noise | None = None

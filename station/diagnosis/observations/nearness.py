@@ -45,7 +45,7 @@ def crept_m(recorded: Recorded, stretches: Stretches) -> Array:
 def nearness(track: RunTrack, plate: PlateMotion, arm_m: Array) -> tuple[Times, Array]:
     """Moments (m,), ns, of a tilt until the slip, and the largest share (m,) of its limit that loaded the block so far.
 
-    The limit is the largest load until the slip. `arm_m` (3,), in m in P, is from the plate's true pivot to the told.
+    The limit is the largest load until the slip. `arm_m` (3,), m in P, is from the true pivot to the configured one.
     """
     time_ns = np.arange(track.tilt_ns, max(track.slip_ns, track.tilt_ns + 1), PITCH_NS)
     place_m = np.broadcast_to(starts([track])[:, :2], (len(time_ns), 2))

@@ -22,9 +22,9 @@ from station.diagnosis.observations.breakaway_law import session_law
 from station.diagnosis.observations.early import Early, early
 from station.diagnosis.observations.first_look import Look, first_look
 from station.diagnosis.observations.plate import PlateMotion
+from station.diagnosis.observations.rig_offsets import UNKNOWN_OFFSETS, RigOffsets
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.starts import leans
-from station.diagnosis.observations.told import UNTOLD, Told
 from station.diagnosis.observations.tracks import RunTrack
 from station.physics.contact import Array
 
@@ -41,7 +41,7 @@ Seen = tuple[Early, Look]
 
 @dataclass(frozen=True, eq=False)
 class Slipping:
-    """A run's first path on a plate that turns as told, and when it slipped: chances (k,) of moments (k,).
+    """A run's first path on a plate with the configured pivot, and when it slipped: chances (k,) of moments (k,).
 
     These are in s from `origin_ns`. `time_s` and `tilt_rad` are the expected moment and tilt at which a plate at rest
     would have released the block, with the tilt's standard error.
@@ -61,7 +61,7 @@ class Reread:
     """A session's runs; `slips` are those that were re-estimated, by their places, and `paths` their breakaways.
 
     `law` is what they share, and `paths` have the loads of the plate that they show: `arm_m` (3,), m in P, is from the
-    pivot about which it turned to the told one.
+    pivot about which it turned to the configured one.
     """
 
     tracks: tuple[RunTrack, ...]
@@ -76,19 +76,21 @@ class Reread:
         return tuple(self.slips)
 
 
-def reread(tracks: Sequence[RunTrack], plate: PlateMotion, setting: Setting, told: Told = UNTOLD) -> Reread:
-    """The runs with their slips re-estimated, if the session's slides are not plain, or as is `told`; else unchanged.
+def reread(
+    tracks: Sequence[RunTrack], plate: PlateMotion, setting: Setting, rig_offsets: RigOffsets = UNKNOWN_OFFSETS
+) -> Reread:
+    """The runs with their slips re-estimated, if the slides are not plain or by the `rig_offsets`; else unchanged.
 
     A block that lay against the foam was held or pushed by it: its slide says nothing about the others'.
     """
     free = {place: track for place, track in enumerate(tracks) if not leans(track, setting)}
     found = {place: seen for place, track in free.items() if (seen := _seen(track, plate, setting)) is not None}
     if len(found) < thresholds.LEAST_KNOWN:
-        return Reread(tuple(tracks), arm_m=np.zeros(3) if told.arm_m is None else told.arm_m)
+        return Reread(tuple(tracks), arm_m=np.zeros(3) if rig_offsets.arm_m is None else rig_offsets.arm_m)
     plain, paths = _plain([look for _, look in found.values()]), Breakaways.of(list(found.values()))
     law = PLAIN if plain else _law(paths, found)
-    arm_m = likeliest_arm(paths, law) if told.arm_m is None else told.arm_m
-    if plain and not arm_m.any() and not told.late_s:
+    arm_m = likeliest_arm(paths, law) if rig_offsets.arm_m is None else rig_offsets.arm_m
+    if plain and not arm_m.any() and not rig_offsets.late_s:
         return Reread(tuple(tracks))
     if arm_m.any():
         found = {place: seen for place, (run, _) in found.items() if (seen := _looked(run.turning_about(arm_m)))}
@@ -138,13 +140,13 @@ def _slips(paths: Breakaways, law: Law, origin_ns: Mapping[int, int]) -> dict[in
 
 
 def _slip(run: Early, origin_ns: int, chance: Array, tried_s: Array) -> Slipping:
-    """A run's slip; the moments are those that its own loads make likely, the tilt is that of the told pivot."""
-    told = run.turning_about(np.zeros(3))
+    """A run's slip; the moments are those that its own loads make likely, the tilt is that of the configured pivot."""
+    configured = run.turning_about(np.zeros(3))
     time_s = float(chance @ tried_s)
     near = np.abs(run.grid_s - time_s) < UNSEEN_S
     unseen = UNSEEN * float(np.ptp((run.tilt_rad - run.plate_rad)[near])) if near.any() else 0.0
-    mean, sd = _expected(told, chance, tried_s)[0], _expected(run, chance, tried_s)[1]
-    return Slipping(told, origin_ns, chance, tried_s, time_s, mean, max(math.hypot(sd, unseen), 1e-5))
+    mean, sd = _expected(configured, chance, tried_s)[0], _expected(run, chance, tried_s)[1]
+    return Slipping(configured, origin_ns, chance, tried_s, time_s, mean, max(math.hypot(sd, unseen), 1e-5))
 
 
 def _expected(run: Early, chance: Array, tried_s: Array) -> tuple[float, float]:

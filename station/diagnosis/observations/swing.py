@@ -1,6 +1,6 @@
-"""The loads on a block by a plate that turns about another point than told.
+"""The loads on a block by a plate that turns about another point than the configured pivot.
 
-A block at r from the told pivot feels the plate's motion as −α × r − ω × (ω × r), and at r + a if the plate truly turns
+A block at r from the configured pivot feels the motion as −α × r − ω × (ω × r), and at r + a if the plate truly turns
 about a point that lies −a from it. What a adds is linear in it, so that it is kept per metre (see `driving`).
 """
 
@@ -20,9 +20,9 @@ LEAST_M_S2 = 1e-3
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Swing:
-    """Pull along `way` (2,) and press (2, m), m/s², of a run's `sliding` and `resting` block by the told pivot.
+    """Pull along `way` (2,) and press (2, m), m/s², of a run's `sliding` and `resting` block by the configured pivot.
 
-    `per_m` (2, m, 3) is what each metre of the arm from the true to the told pivot adds to both; `still_pull` (m,) is
+    `per_m` (2, m, 3) is what each metre of the arm from true to configured pivot adds to both; `still_pull` (m,) is
     gravity's pull alone, and `plate_rad` (m,) the plate's tilt.
     """
 
@@ -57,7 +57,7 @@ class Swing:
     def tilt_rad(self, added: Array) -> Array:
         """The tilts (m,) at which a plate at rest would load a resting block in the ratio that this one does.
 
-        `added` (2, m) is what its pull and press, m/s², have beyond the told ones.
+        `added` (2, m) is what its pull and press, m/s², have beyond those of the configured pivot.
         """
         pull, press = self.resting + added
         pulled = np.abs(self.still_pull) > LEAST_M_S2

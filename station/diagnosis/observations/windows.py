@@ -72,7 +72,7 @@ Windows = NDArray[Any]
 
 
 def windows_of(tracks: Sequence[RunTrack], setting: Setting) -> Windows:
-    """The windows (n,) of all slides, run by run in their order; a run is told by its place among the tracks."""
+    """The windows (n,) of all slides, run by run in their order; a run is given by its index among the tracks."""
     rows = [(place, *window) for place, track in enumerate(tracks) for window in _of_track(track, setting)]
     return np.array(rows, dtype=WINDOW)
 

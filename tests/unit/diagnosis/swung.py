@@ -53,7 +53,7 @@ class Slid:
 
 
 def one_run(arm_m: Array, azimuth: float, mu: float, rng: np.random.Generator) -> Slid:
-    """A run down the direction `azimuth`, whose plate turns about a point `arm_m` (3,) before the told one."""
+    """A run down the direction `azimuth`, whose plate turns about a point `arm_m` (3,) before the configured one."""
     cosine, sine = math.cos(azimuth), math.sin(azimuth)
     # The arm in axes whose x goes down the slope.
     arm = np.array([cosine * arm_m[0] + sine * arm_m[1], cosine * arm_m[1] - sine * arm_m[0], arm_m[2]])
@@ -75,7 +75,7 @@ def one_run(arm_m: Array, azimuth: float, mu: float, rng: np.random.Generator) -
     path = np.interp(frames, since, ways) + rng.normal(0.0, NOISE_M, len(frames))
     grid = np.arange(frames[0] - GRID_S, frames[-1] + 2 * GRID_S, GRID_S)
     speed = np.interp(grid, since, speeds)
-    swing = _told(origin_s + grid, speed, (cosine, sine))
+    swing = _by_configured_pivot(origin_s + grid, speed, (cosine, sine))
     pull, press = swing.sliding
     run = Early(
         time_s=frames, path_m=path, sigma_m=NOISE_M, grid_s=grid, pull=pull, press=press,
@@ -84,8 +84,8 @@ def one_run(arm_m: Array, azimuth: float, mu: float, rng: np.random.Generator) -
     return Slid(run, origin_s, slip_s - origin_s, mu)
 
 
-def _told(time_s: Array, speed: Array, down: tuple[float, float]) -> Swing:
-    """The loads by the told pivot, on which the block lies."""
+def _by_configured_pivot(time_s: Array, speed: Array, down: tuple[float, float]) -> Swing:
+    """The loads by the configured pivot, on which the block lies."""
     cosine, sine = down
     to_plate = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
     resting = np.array([to_plate @ felt(t, np.zeros(3)) for t in time_s])

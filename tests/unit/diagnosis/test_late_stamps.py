@@ -11,8 +11,8 @@ import pytest
 from shared.geometry import Array
 from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.onsets import Onsets
+from station.diagnosis.observations.rig_offsets import RigOffsets
 from station.diagnosis.observations.setting import Setting
-from station.diagnosis.observations.told import Told
 from station.physics.catalogue import catalogue
 from station.physics.model import Model, Term
 from station.signals.session import Signals
@@ -37,7 +37,7 @@ def _late(signals: Signals, late_s: float) -> Signals:
 def _onsets(stamped_s: float | None, *, late_s: float) -> Onsets:
     """The onsets of the session `_late` by so much, or of the session itself, with slips read by that lateness."""
     signals = session() if stamped_s is None else _late(session(), stamped_s)
-    channel = evidence_of(signals, Setting(opening_radius_m=OPENING_RADIUS_M), Told(late_s)).onsets
+    channel = evidence_of(signals, Setting(opening_radius_m=OPENING_RADIUS_M), RigOffsets(late_s)).onsets
     assert isinstance(channel, Onsets)
     return channel
 

@@ -17,8 +17,8 @@ from station.diagnosis.observations.build import Recorded, evidence_of
 from station.diagnosis.observations.channel import REST, Channel
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.nearness import nearness
+from station.diagnosis.observations.rig_offsets import UNKNOWN_OFFSETS, RigOffsets
 from station.diagnosis.observations.setting import Setting
-from station.diagnosis.observations.told import UNTOLD, Told
 from station.physics.catalogue import catalogue
 from station.physics.model import Model, Term
 from tests.unit.diagnosis.recorded import OPENING_RADIUS_M, session
@@ -55,8 +55,8 @@ def test_the_load_of_a_slow_tilt_is_the_slope_over_that_of_the_slip() -> None:
 
 def test_a_plate_that_turns_about_another_point_loads_its_block_by_jerks() -> None:
     track, plate = recorded().tracks[0], recorded().slipping
-    (_, told), (_, true) = nearness(track, plate, np.zeros(3)), nearness(track, plate, ARM_M)
-    assert np.abs(true - told).max() > 0.02
+    (_, configured), (_, true) = nearness(track, plate, np.zeros(3)), nearness(track, plate, ARM_M)
+    assert np.abs(true - configured).max() > 0.02
 
 
 def test_what_may_have_crept_falls_by_e_folds_below_the_limit() -> None:
@@ -96,22 +96,22 @@ def _sigmas(noise: Noise, row: int, moved_m: float) -> float:
     return math.sqrt(float(np.square(whitening(moved)).sum()))
 
 
-def test_a_model_tells_its_clock_and_its_pivot() -> None:
+def test_a_model_has_the_offsets_of_its_clock_and_its_pivot() -> None:
     known = catalogue()
     late = Term(known["clock_offset"], {"delay_s": 0.05, "of_arm": 0.0})
     turned = Term(known["pivot_offset"], {"x_m": 0.0, "y_m": 0.0, "z_m": 0.2})
-    assert Told.by(PLAIN).is_near(UNTOLD)
-    told = Told.by(Model(mu_s=0.35, terms=(late, turned)))
-    assert told.late_s == 0.05
-    assert told.arm_m == pytest.approx(ARM_M)
+    assert RigOffsets.of(PLAIN).is_near(UNKNOWN_OFFSETS)
+    rig_offsets = RigOffsets.of(Model(mu_s=0.35, terms=(late, turned)))
+    assert rig_offsets.late_s == 0.05
+    assert rig_offsets.arm_m == pytest.approx(ARM_M)
 
 
 @pytest.mark.parametrize(("late_s", "arm_m", "near"), [(0.0, 0.205, True), (0.0, 0.0, False), (0.01, 0.2, False)])
 def test_slips_are_read_again_where_clock_or_pivot_are_others(late_s: float, arm_m: float, near: bool) -> None:
-    read = Told(late_s, np.array([0.0, 0.0, arm_m]))
-    assert Told(0.0, ARM_M).is_near(read) is near
+    read = RigOffsets(late_s, np.array([0.0, 0.0, arm_m]))
+    assert RigOffsets(0.0, ARM_M).is_near(read) is near
 
 
-def test_slips_are_read_about_the_pivot_that_is_told() -> None:
-    assert seen().told.is_near(Told(0.0, np.zeros(3)))
-    assert evidence_of(session(), SETTING, Told(0.0, ARM_M)).told.arm_m == pytest.approx(ARM_M)
+def test_slips_are_read_about_the_pivot_of_the_rig_offsets() -> None:
+    assert seen().rig_offsets.is_near(RigOffsets(0.0, np.zeros(3)))
+    assert evidence_of(session(), SETTING, RigOffsets(0.0, ARM_M)).rig_offsets.arm_m == pytest.approx(ARM_M)

@@ -44,10 +44,10 @@ def test_the_loads_of_another_pivot_are_those_of_the_world() -> None:
     (one, *_), arm = session(ARM_M), np.array(ARM_M)
     down = (1.0, 0.0)
     time_s = one.origin_s + one.run.grid_s[::40]
-    told, true = (np.array([felt(t, place) for t in time_s]) for place in (np.zeros(3), arm))
+    configured, true = (np.array([felt(t, place) for t in time_s]) for place in (np.zeros(3), arm))
     at = attitude(time_s, down)
     assert one.run.swing is not None
-    swing = type(one.run.swing).of(at, np.array(down), sliding=told, resting=told)
+    swing = type(one.run.swing).of(at, np.array(down), sliding=configured, resting=configured)
     pull, press = swing.loads(arm)
     assert pull == pytest.approx(true[:, 0], abs=1e-5)
     assert press == pytest.approx(-true[:, 2], abs=1e-5)
@@ -58,23 +58,22 @@ def test_the_paths_show_about_which_point_the_plate_turns() -> None:
     assert likeliest_arm(paths(session(ARM_M)), PLAIN) == pytest.approx(ARM_M, abs=6e-3)
 
 
-def test_a_plate_that_turns_as_told_is_told_so() -> None:
-    """There is no arm then."""
+def test_a_plate_that_turns_about_its_configured_pivot_has_no_arm() -> None:
     assert not likeliest_arm(paths(session((0.0, 0.0, 0.0))), PLAIN).any()
 
 
 def test_slips_at_a_crest_of_the_push_tell_the_friction_that_held() -> None:
-    """With the told pivot the same slips seem to scatter."""
+    """With the configured pivot the same slips seem to scatter."""
     slid = session(ARM_M)
     slips = [_slipping(one) for one in slid]
     released = _released(slips, slid)
     pivot = catalogue()["pivot_offset"]
     model = Model(mu_s=MU, terms=(Term(pivot, dict(zip(("x_m", "y_m", "z_m"), ARM_M, strict=True))),))
-    told = np.log(np.tan([slip.tilt_rad for slip in slips]))
+    reported = np.log(np.tan([slip.tilt_rad for slip in slips]))
     true = np.log([one.mu for one in slid])
     assert released.log_moved(Model(mu_s=MU)) == pytest.approx(np.zeros(RUNS))
-    assert np.std(told - true) > 0.01
-    assert told + released.log_moved(model) == pytest.approx(true, abs=3e-3)
+    assert np.std(reported - true) > 0.01
+    assert reported + released.log_moved(model) == pytest.approx(true, abs=3e-3)
 
 
 PUSHING = [one for one in (*catalogue().values(), *pushes()) if "push" in one.acts_through()]

@@ -1,4 +1,4 @@
-"""The facts of a rig with which slips are read: the lateness of its frames' stamps, and where its plate turns."""
+"""The offsets of a rig with which slips are read: the lateness of its frames' stamps, and where its plate turns."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ rad/s² of 3 m/s²; `pytest tests/unit/diagnosis/test_nearness.py -k "jerks or a
 
 
 @dataclass(frozen=True, eq=False)
-class Told:
-    """`late_s` is how late frames are stamped; `arm_m` (3,), m in P, is from the plate's true pivot to the told one.
+class RigOffsets:
+    """`late_s` is how late frames are stamped; `arm_m` (3,), m in P, is from the true pivot to the configured one.
 
     Without an arm the blocks' first paths say which one is likeliest.
     """
@@ -26,16 +26,17 @@ class Told:
     arm_m: Array | None = None
 
     @classmethod
-    def by(cls, model: Model) -> Told:
-        """The facts that a fitted model tells."""
+    def of(cls, model: Model) -> RigOffsets:
+        """The offsets of a fitted model's clock and pivot."""
         arm_m = model.arm_m()
         return cls(model.delay_s(), arm_m if arm_m.any() else None)
 
-    def is_near(self, other: Told) -> bool:
-        """True if slips that are read as the other tells are as good as those that are read as this one does."""
+    def is_near(self, other: RigOffsets) -> bool:
+        """True if slips that are read with the other's offsets are as good as those that are read with these."""
         apart_m = 0.0 if self.arm_m is None or other.arm_m is None else float(np.abs(self.arm_m - other.arm_m).max())
         # Slips are sought at every GRID_S.
         return abs(self.late_s - other.late_s) <= GRID_S and apart_m <= NEAR_M
 
 
-UNTOLD = Told()
+UNKNOWN_OFFSETS = RigOffsets()
+"""Stamps count as punctual, and the pivot is where the blocks' first paths show it."""
