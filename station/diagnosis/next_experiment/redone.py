@@ -131,7 +131,7 @@ class _Rows:
         self._turn = draw["down"] - old["down"]
         self._yaw = draw["yaw"] - old["yaw"]
         self._faster = draw["rate"] / old["rate"]
-        self._rested = draw["dwell_s"] + at.tilt_rad / draw["rate"]
+        self._rest_s = draw["dwell_s"] + at.tilt_rad / draw["rate"]
         self._from = np.column_stack([old["x"], old["y"]])
         self._to = np.column_stack([draw["x"], draw["y"]])
         self._off = np.zeros(len(picked))
@@ -194,7 +194,7 @@ class _Rows:
             to_m=self._to[run],
             yaw_rad=self._yaw[run],
             faster=self._faster[run],
-            rested_s=self._rested[run],
+            rest_s=self._rest_s[run],
             off_rad=self._off[run],
         )
 

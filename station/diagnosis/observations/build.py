@@ -10,6 +10,7 @@ import numpy as np
 from shared.messages import Sample
 from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import Channel
+from station.diagnosis.observations.dwell_by_tilt import dwell_by_tilt
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.image_rows import plate_channels, rest_channel, shape_channel
 from station.diagnosis.observations.left_out import left_out
@@ -18,7 +19,6 @@ from station.diagnosis.observations.onset_rows import onset_channel
 from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.observations.paths import Paths
 from station.diagnosis.observations.plate import PlateMotion
-from station.diagnosis.observations.rested import rested
 from station.diagnosis.observations.ridden import rides
 from station.diagnosis.observations.rig_offsets import UNKNOWN_OFFSETS, RigOffsets
 from station.diagnosis.observations.sensor_rows import sensor_channel
@@ -46,7 +46,7 @@ class Recorded:
         self.rig_offsets = RigOffsets(rig_offsets.late_s, self.reread.arm_m)
         self.tracks = self.reread.tracks
         self.facts = facts_of([track.sample for track in self.tracks], setting)
-        self.rested = rested(self.tracks, self.facts.rest_ns, self.plate)
+        self.dwell_by_tilt = dwell_by_tilt(self.tracks, self.facts.rest_ns, self.plate)
         self.windows = windows_of(self.tracks, setting)
         self.free_windows = self.windows[self.windows["free_m"] > thresholds.FREE_M]
 

@@ -79,7 +79,7 @@ class Changed:
 
     The run is turned about the plate's normal by `turn_rad` (m,) and carried from the place `from_m` to `to_m` (m, 2);
     the block's heading changes by `yaw_rad` (m,), the tilt is `faster` (m,) by a factor, the block has rested for
-    `rested_s` (m,) at the onset, and slides off the line down the slope by `off_rad` (m,).
+    `rest_s` (m,) at the onset, and slides off the line down the slope by `off_rad` (m,).
     """
 
     rows: Times
@@ -90,7 +90,7 @@ class Changed:
     to_m: Array
     yaw_rad: Array
     faster: Array
-    rested_s: Array
+    rest_s: Array
     off_rad: Array
 
     @property
@@ -116,8 +116,8 @@ class Moments:
     `delay_s` says by how much a model lets the moments' stamps be late: as the camera's, by default.
     With `at_rest` the plate's own motion does not load the block: an onset that is read by tracing a slide back
     measures the slide's friction, not the load of its very moment; and `steeper_rad` (n,) is by how much more than
-    reported a plate at rest would have to be tilted for the same load. `rested_s` (n,), if given, replaces the time at
-    rest, and `rested_at` gives it at other tilts (n,). Both must be what the protocol chose: the time up to the slip
+    reported a plate at rest would have to be tilted for the same load. `rest_s` (n,), if given, replaces the time at
+    rest, and `rest_s_at` gives it at other tilts (n,). Both must be what the protocol chose: the time up to the slip
     itself is longer where friction happens to be high, and friction would seem to grow with it.
     """
 
@@ -134,8 +134,8 @@ class Moments:
         moving: Bools | None = None,
         slip_ns: Times | None = None,
         border_m: Array | None = None,
-        rested_s: Array | None = None,
-        rested_at: Callable[[Array | float], Array] | None = None,
+        rest_s: Array | None = None,
+        rest_s_at: Callable[[Array | float], Array] | None = None,
         at_rest: bool = False,
         steeper_rad: Array | float = 0.0,
         delay_s: Callable[[Model], float] = Model.delay_s,
@@ -149,7 +149,7 @@ class Moments:
         self._moving = np.zeros(count, dtype=np.bool_) if moving is None else moving
         self._slip_ns = time_ns if slip_ns is None else slip_ns
         self._border = np.full(count, np.inf) if border_m is None else border_m
-        self._rested, self._rested_at = rested_s, rested_at
+        self._rest_s, self._rest_s_at = rest_s, rest_s_at
         self._steeper_rad, self._at_rest, self._delay_s = steeper_rad, at_rest, delay_s
         self._plate = attitude(0.0)
         self._contact = self._contact_with(self._plate)
@@ -167,9 +167,9 @@ class Moments:
         other = copy.copy(self)
         reported = self._contact.tilt_rad - self._steeper_rad
         other._steeper_rad = tilt_rad - reported
-        other._rested = self._contact.rest_s if self._rested_at is None else self._rested_at(tilt_rad)
+        other._rest_s = self._contact.rest_s if self._rest_s_at is None else self._rest_s_at(tilt_rad)
         steep = reported + other._steeper_rad
-        other._contact = replace(self._contact, tilt_rad=steep, rest_s=np.maximum(other._rested, LEAST_REST_S))
+        other._contact = replace(self._contact, tilt_rad=steep, rest_s=np.maximum(other._rest_s, LEAST_REST_S))
         other._plain = _load(other._contact, other._inertial)
         other._leaning = Latest(other._leans, LEANING)
         other._latest = Latest(other._loads, LOADING)
@@ -196,7 +196,7 @@ class Moments:
             moving=self._moving[rows],
             slip_ns=time_ns - slid_ns,
             border_m=self._border[rows],
-            rested_s=changed.rested_s,
+            rest_s=changed.rest_s,
             at_rest=self._at_rest,
             steeper_rad=steeper[rows] if isinstance(steeper, np.ndarray) else steeper,
             delay_s=self._delay_s,
@@ -255,7 +255,7 @@ class Moments:
             x_m=self._place[:, 0],
             y_m=self._place[:, 1],
             yaw_rad=self._yaw,
-            rest_s=np.maximum(since * 1e-9 if self._rested is None else self._rested, LEAST_REST_S),
+            rest_s=np.maximum(since * 1e-9 if self._rest_s is None else self._rest_s, LEAST_REST_S),
             slid_s=np.where(self._moving, np.maximum((self.time_ns - self._slip_ns) * 1e-9, 0.0), 0.0),
             tilt_rad=plate.tilt_rad + self._steeper_rad,
             down_rad=plate.down_rad,

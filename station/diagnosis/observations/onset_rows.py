@@ -37,7 +37,7 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
     tracks = [track for _, track in chosen]
     time_ns = np.array([_moment_ns(track, recorded.plate) for track in tracks], dtype=np.int64)
     pose = starts(tracks)
-    rested, plate = recorded.rested.of([place for place, _ in chosen]), recorded.plate
+    dwell_by_tilt, plate = recorded.dwell_by_tilt.of([place for place, _ in chosen]), recorded.plate
     moments = Moments(
         time_ns=time_ns,
         run=np.array([place for place, _ in chosen], dtype=np.int64),
@@ -46,8 +46,8 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
         place_m=pose[:, :2],
         yaw_rad=pose[:, 2],
         border_m=recorded.setting.free_m(pose),
-        rested_s=rested.typical(),
-        rested_at=rested.at,
+        rest_s=dwell_by_tilt.typical(),
+        rest_s_at=dwell_by_tilt.at,
         at_rest=True,
         steeper_rad=_steeper(tracks, recorded.slipping),
     )

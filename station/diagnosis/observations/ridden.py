@@ -81,7 +81,7 @@ def _ride(recorded: Recorded, place: int, from_ns: int, to_ns: int) -> Ride | No
         time_ns=time_ns,
         pose=pose,
         view=_view(recorded, track, time_ns, pose),
-        rest_s=float(recorded.rested.typical()[place]),
+        rest_s=float(recorded.dwell_by_tilt.typical()[place]),
         slip_ns=track.slip_ns,
     )
 

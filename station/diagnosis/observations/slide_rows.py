@@ -53,7 +53,7 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
         moving=np.ones(len(node_ns), dtype=np.bool_),
         slip_ns=np.repeat(np.array([track.slip_ns for track in tracks], dtype=np.int64), nodes),
         border_m=recorded.setting.free_m(pose),
-        rested_s=np.repeat(recorded.rested.typical()[runs], nodes),
+        rest_s=np.repeat(recorded.dwell_by_tilt.typical()[runs], nodes),
     )
     contact = moments.reported
     sigma_rad = np.array([track.sigma_rad for track in tracks])

@@ -23,7 +23,7 @@ STEPS_KNOWN = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Rested:
+class DwellByTilt:
     """Seconds at rest (r, g) when each run's plate has the tilts of GRID_RAD; `typical_rad` is the median onset."""
 
     seconds: Array
@@ -40,12 +40,12 @@ class Rested:
         """Seconds (r,) at the session's typical onset."""
         return self.at(self.typical_rad)
 
-    def of(self, runs: Sequence[int]) -> Rested:
+    def of(self, runs: Sequence[int]) -> DwellByTilt:
         """The rows of the chosen runs."""
-        return Rested(self.seconds[list(runs)], self.typical_rad)
+        return DwellByTilt(self.seconds[list(runs)], self.typical_rad)
 
 
-def rested(tracks: Sequence[RunTrack], rest_ns: Times, plate: PlateMotion) -> Rested:
+def dwell_by_tilt(tracks: Sequence[RunTrack], rest_ns: Times, plate: PlateMotion) -> DwellByTilt:
     """Each run's dwell by tilt, from when its block came to rest; a run that slid is extrapolated at its pace.
 
     `rest_ns` (r,), ns, is when each run's block came to rest.
@@ -56,7 +56,7 @@ def rested(tracks: Sequence[RunTrack], rest_ns: Times, plate: PlateMotion) -> Re
     paces = [ramp.pace for ramp in ramps if ramp.pace is not None]
     pace = float(np.median(paces)) if paces else None
     rows = [ramp.seconds(int(rest), pace) for ramp, rest in zip(ramps, rest_ns, strict=True)]
-    return Rested(np.array(rows).reshape(len(rows), len(GRID_RAD)), typical)
+    return DwellByTilt(np.array(rows).reshape(len(rows), len(GRID_RAD)), typical)
 
 
 class _Ramp:

@@ -1,12 +1,12 @@
-"""A block's rest is what the protocol chose where a model asks, and what happened where a slide asks."""
+"""A block's dwell is what the protocol chose where a model asks, and what happened where a slide asks."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from station.diagnosis.observations.dwell_by_tilt import GRID_RAD, DwellByTilt
 from station.diagnosis.observations.onsets import Onsets
-from station.diagnosis.observations.rested import GRID_RAD, Rested
 from station.physics.catalogue import catalogue
 from station.physics.model import Model, Term
 from tests.recovery.test_parameters import evidence
@@ -17,10 +17,10 @@ AGEING = {"per_decade": 0.3, "sliding_age_log10_s": 0.0}
 
 def test_each_run_is_asked_at_its_own_tilt() -> None:
     """Ten and twenty seconds for each radian."""
-    rested = Rested(np.outer([10.0, 20.0], GRID_RAD), typical_rad=0.3)
-    np.testing.assert_allclose(rested.at(np.array([0.2, 0.123])), [2.0, 2.46])
-    np.testing.assert_allclose(rested.typical(), [3.0, 6.0])
-    np.testing.assert_allclose(rested.of([1]).at(0.5), [10.0])
+    dwell_by_tilt = DwellByTilt(np.outer([10.0, 20.0], GRID_RAD), typical_rad=0.3)
+    np.testing.assert_allclose(dwell_by_tilt.at(np.array([0.2, 0.123])), [2.0, 2.46])
+    np.testing.assert_allclose(dwell_by_tilt.typical(), [3.0, 6.0])
+    np.testing.assert_allclose(dwell_by_tilt.of([1]).at(0.5), [10.0])
 
 
 @pytest.mark.parametrize("seed", [1, 2])
