@@ -147,17 +147,17 @@ def test_promise_and_outcome(tmp_path: Path) -> None:
             print(f"| {'nothing further' if plan is None else f'{plan.runs} runs: {plan.why}'}", flush=True)
             continue
         design = as_done(plan, finding.design)
-        told = [
+        outcomes = [
             outcome(finding, plan, diagnosed(finding, design, tmp_path, seed=seed + 2 + 2 * one, runs=plan.runs))
             for one in range(REPEATS)
         ]
         print(f"| {plan.runs} runs: {plan.why}", end=" ")
         print(
-            f"| power {plan.power:.2f} sd {plan.sd:.3g} obtained {told} ({time.process_time() - began:.0f} s)",
+            f"| power {plan.power:.2f} sd {plan.sd:.3g} obtained {outcomes} ({time.process_time() - began:.0f} s)",
             flush=True,
         )
         if math.isfinite(plan.power):
-            differences.append(float(np.mean(told)) - plan.power)
+            differences.append(float(np.mean(outcomes)) - plan.power)
     if differences:
         mean, error = float(np.mean(differences)), float(np.std(differences) / math.sqrt(len(differences)))
         print(f"\nobtained - promised: {mean:+.2f} ± {error:.2f}, {len(differences)} findings, {REPEATS} sessions each")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -37,7 +37,7 @@ SETTINGS = ("dwell_s", "rate", "mass_kg", "mount", "yaw")
 TRIAL_RUNS = 60
 """The runs of a session that is done again on paper: of 4 values each has 15."""
 SEED = 7
-NOTHING = Outlook(told=0.0, log_odds=0.0)
+NOTHING = Outlook(power=0.0, log_odds=0.0)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -50,13 +50,17 @@ class Bench:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Choice:
-    """A design with its number of runs, the time they take, and what they promise."""
+    """A design with its number of runs, the time they take, and what they promise.
+
+    `sd_ratio` is what is left of a number's standard error, as a share of the recorded one.
+    """
 
     changes: Changes
     runs: int
     minutes: float
     promise: Outlook
     groups: Groups = ()
+    sd_ratio: float = math.nan
 
 
 def separating(question: Question, bench: Bench) -> Choice:
@@ -67,9 +71,9 @@ def separating(question: Question, bench: Bench) -> Choice:
     known = _Known(question, bench)
     partitions = [[(name,) for name in question.ids], *_one_and_rest(question)]
     best = [_among(known, groups) for groups in partitions[:1]]
-    if best[0].promise.told < POWER:
+    if best[0].promise.power < POWER:
         best += [_among(known, groups) for groups in partitions[1:]]
-    return next((one for one in best if one.promise.told >= POWER), best[0])
+    return next((one for one in best if one.promise.power >= POWER), best[0])
 
 
 def _one_and_rest(question: Question) -> Iterator[Groups]:
@@ -104,7 +108,7 @@ class _Known:
 def _among(known: _Known, groups: Groups) -> Choice:
     """The best design for one partition; where none does alone, the most promising is tried with each other."""
     choices = _quickest(known, groups, designs())
-    if not any(one.promise.told >= POWER for one in choices):
+    if not any(one.promise.power >= POWER for one in choices):
         best = max((one for one in choices if one.changes), key=lambda one: one.promise.log_odds)
         choices += _quickest(known, groups, together(best.changes[0]))
     return _confirmed(known, _best(choices))
@@ -119,7 +123,7 @@ def _quickest(known: _Known, groups: Groups, wanted: Iterable[Changes]) -> list[
     least = {changes: _worth(_choice(question, bench, changes, (LENGTHS[0], NOTHING))) for changes in wanted}
     found: dict[Changes, Choice] = {}
     for changes in sorted(least, key=lambda one: least[one]):
-        enough = [_worth(one) for one in found.values() if one.promise.told >= POWER]
+        enough = [_worth(one) for one in found.values() if one.promise.power >= POWER]
         if not enough or least[changes] <= min(enough):
             found[changes] = _shortest(known, changes, groups)
     return [found[changes] for changes in least if changes in found]
@@ -128,7 +132,7 @@ def _quickest(known: _Known, groups: Groups, wanted: Iterable[Changes]) -> list[
 def narrowing(question: Question, bench: Bench, *, ratio: float) -> Choice | None:
     """The design that makes the standard error of the only rival's number `ratio` of what it is, in the least time.
 
-    None if none does; `promise.told` is the share of the standard error that remains.
+    None if none does.
     """
     known = _information(_signal(question, bench, ()), len(bench.recorded.runs))
     choices = list[Choice]()
@@ -137,8 +141,8 @@ def narrowing(question: Question, bench: Bench, *, ratio: float) -> Choice | Non
         enough = [runs for runs in LENGTHS if known <= ratio**2 * _information(done, runs * bench.usable)]
         if enough:
             sharper = known / _information(done, enough[0] * bench.usable)
-            left = Outlook(told=math.sqrt(sharper), log_odds=0.0)
-            choices.append(_choice(question, bench, changes, (enough[0], left)))
+            choice = _choice(question, bench, changes, (enough[0], NOTHING))
+            choices.append(replace(choice, sd_ratio=math.sqrt(sharper)))
     return min(choices, key=_worth, default=None)
 
 
@@ -152,8 +156,8 @@ def _information(signal: Scores, runs: float) -> float:
 
 
 def _best(choices: Sequence[Choice]) -> Choice:
-    enough = [one for one in choices if one.promise.told >= POWER]
-    return min(enough, key=_worth) if enough else max(choices, key=lambda one: one.promise.told)
+    enough = [one for one in choices if one.promise.power >= POWER]
+    return min(enough, key=_worth) if enough else max(choices, key=lambda one: one.promise.power)
 
 
 def _worth(choice: Choice) -> float:
@@ -163,12 +167,12 @@ def _worth(choice: Choice) -> float:
 def _shortest(known: _Known, changes: Changes, groups: Groups) -> Choice:
     """The shortest session of a design that promises enough, else the longest."""
 
-    def told(runs: int) -> float:
-        return known.promise(changes, runs, groups).told
+    def power(runs: int) -> float:
+        return known.promise(changes, runs, groups).power
 
     # More runs tell more, so bisection finds the shortest session.
-    place = bisect_left(LENGTHS[:-1], POWER, key=told) if told(LENGTHS[-1]) >= POWER else -1
-    promised = LENGTHS[place], known.promise(changes, LENGTHS[place], groups)
+    index = bisect_left(LENGTHS[:-1], POWER, key=power) if power(LENGTHS[-1]) >= POWER else -1
+    promised = LENGTHS[index], known.promise(changes, LENGTHS[index], groups)
     return _choice(known.question, known.bench, changes, promised, groups)
 
 
@@ -188,7 +192,7 @@ def _first(promises: Iterable[Promised]) -> Promised:
     """The first that promises enough, or else the last."""
     last: Promised = (0, NOTHING)
     for last in promises:
-        if last[1].told >= POWER:
+        if last[1].power >= POWER:
             break
     return last
 
@@ -213,7 +217,7 @@ def _done(question: Question, bench: Bench, changes: Changes, runs: int) -> list
 
 
 def protocol_of(recorded: Recorded, changes: Changes, *, runs: int) -> tuple[Times, Draw]:
-    """The places (TRIAL_RUNS,) of some recorded runs, and the protocol of a session of `runs` runs with the changes."""
+    """The indices (TRIAL_RUNS,) of recorded runs, and the protocol of a session of `runs` runs with the changes."""
     before, rng = recorded.protocol(), np.random.default_rng(SEED)
     picked = np.linspace(0, len(recorded.runs) - 1, TRIAL_RUNS).round().astype(np.int64)
     draw = {name: values[picked] for name, values in before.items()}

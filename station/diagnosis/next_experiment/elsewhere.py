@@ -135,8 +135,8 @@ def _farther(evidence: Evidence, contact: Contact, members: Sequence[Effect]) ->
 def _separates(evidence: Evidence, why: str, members: Sequence[Effect], alike: Sequence[str]) -> NextExperiment:
     rivals = tuple(dict.fromkeys((*(effect.id for effect in members), *alike)))
     first, *others = rivals
-    told = f"tells {first} from {' and '.join(others)}" if others else f"shows if it is {first}"
-    return NextExperiment(separates=(rivals,), plan="", runs=evidence.used(), why=f"{why} {told}")
+    aim = f"tells {first} from {' and '.join(others)}" if others else f"shows if it is {first}"
+    return NextExperiment(separates=(rivals,), plan="", runs=evidence.used(), why=f"{why} {aim}")
 
 
 def _narrows(evidence: Evidence, main: EffectFound) -> NextExperiment | None:

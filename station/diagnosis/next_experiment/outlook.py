@@ -193,9 +193,9 @@ class Columns:
 
 @dataclass(frozen=True, kw_only=True)
 class Outlook:
-    """The probability that a session tells the rivals apart, and the expected log odds of the true one."""
+    """The statistical power of a session to tell the rivals apart, and the expected log odds of the true one."""
 
-    told: float
+    power: float
     log_odds: float
 
 
@@ -205,11 +205,11 @@ Groups = Sequence[Sequence[str]]
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Drawn:
-    """Sessions of a trial: whether a search would look for names in each (draws,), and how it would judge them."""
+    """Sessions of a trial: whether a search would look for names in each (draws,), and the names' posterior."""
 
     truth: Rival
     looked: Bools
-    judged: _Judged
+    posterior: _Posterior
 
 
 def drawn(trials: Sequence[Trial], *, runs: float, rng: np.random.Generator) -> list[Drawn]:
@@ -223,25 +223,25 @@ def _drawn(trial: Trial, runs: float, rng: np.random.Generator) -> Drawn:
     found = scored.information[:, trial.signal][:, None] + drawn_scores(scored, rng, draws=DRAWS)
     gains = _gains(scored, candidates, found)
     looked = _smallest(candidates, gains) < session.alarm
-    return Drawn(truth=trial.truth, looked=looked, judged=_judged(trial, scored, gains))
+    return Drawn(truth=trial.truth, looked=looked, posterior=_posterior(trial, scored, gains))
 
 
 def outlook(sessions: Sequence[Drawn], groups: Groups) -> Outlook:
     """The outlook of such sessions, averaged over their truths by the truths' weights."""
     total = sum(one.truth.weight for one in sessions)
-    told, odds = 0.0, 0.0
+    power, odds = 0.0, 0.0
     for one in sessions:
         share = one.truth.weight / total
-        apart, ahead = _told(one, groups)
-        told, odds = told + share * apart, odds + share * ahead
-    return Outlook(told=told, log_odds=odds)
+        apart, ahead = _power_and_odds(one, groups)
+        power, odds = power + share * apart, odds + share * ahead
+    return Outlook(power=power, log_odds=odds)
 
 
-def _told(one: Drawn, groups: Groups) -> tuple[float, float]:
+def _power_and_odds(one: Drawn, groups: Groups) -> tuple[float, float]:
     """The share of sessions that name the truth's group and no other, and its mean log odds over the others."""
     own = next(group for group in groups if one.truth.id in group)
     others = [name for group in groups if group is not own for name in group]
-    tells, ahead = one.judged.tells(own, others), one.judged.ahead(own, others)
+    tells, ahead = one.posterior.tells(own, others), one.posterior.ahead(own, others)
     return float(np.mean(one.looked & tells)), float(np.mean(ahead))
 
 
@@ -278,7 +278,7 @@ def _smallest(candidates: Sequence[Columns], gains: Sequence[Array]) -> Array:
     return smallest_p((twice, len(one.columns)) for one, twice in zip(candidates, gains, strict=True))
 
 
-def _judged(trial: Trial, scored: Scores, gains: Sequence[Array]) -> _Judged:
+def _posterior(trial: Trial, scored: Scores, gains: Sequence[Array]) -> _Posterior:
     """The odds and shares of the candidates as the search would have them, from their gains in each draw."""
     session, cost = trial.session, math.log(max(scored.runs, 2.0))
     twice = with_own_noise(scored, trial.signal, [one.columns for one in session.candidates], gains)
@@ -297,7 +297,7 @@ def _judged(trial: Trial, scored: Scores, gains: Sequence[Array]) -> _Judged:
     # A smooth term has no law whose misspecification could be excused.
     unnamed = sum((np.exp(0.5 * (one - top)) for smooth, one in best.values() if smooth), np.zeros(len(heat)))
     shares = np.array([*weights, unnamed, np.exp(-0.5 * top / heat)])
-    return _Judged((*names, OTHER), shares / shares.sum(axis=0), odds, heat)
+    return _Posterior((*names, OTHER), shares / shares.sum(axis=0), odds, heat)
 
 
 def _largest(all_odds: Iterable[tuple[bool, Array]], draws: int) -> Array:
@@ -307,7 +307,7 @@ def _largest(all_odds: Iterable[tuple[bool, Array]], draws: int) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class _Judged:
+class _Posterior:
     """Odds (names, draws) of the named candidates and of `other`; shares (names + 1, draws) with `none` at the end."""
 
     names: tuple[str, ...]

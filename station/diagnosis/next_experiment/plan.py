@@ -156,10 +156,10 @@ def _suspected(found: Search, suspicion: Term, catalogue: Mapping[str, Effect]) 
 
 def _separates(question: Question, bench: Bench) -> NextExperiment:
     choice = separating(question, bench)
-    if choice.promise.told < POWER:
+    if choice.promise.power < POWER:
         return _none(question, choice, bench, NO_PLAN, advice="They are separated by")
     first, *others = (" or ".join(group) for group in choice.groups)
-    return _told(
+    return _promised(
         tuple(name for group in choice.groups for name in group),
         choice,
         bench,
@@ -170,20 +170,20 @@ def _separates(question: Question, bench: Bench) -> NextExperiment:
 def _confirms(question: Question, bench: Bench) -> NextExperiment:
     choice = separating(question, bench)
     (name,) = question.ids
-    if choice.promise.told < POWER:
+    if choice.promise.power < POWER:
         return _none(question, choice, bench, f"No single plan shows {name} of this size", advice="It is shown by")
-    return _told((name, "none"), choice, bench, f"shows {name}, if it is there,")
+    return _promised((name, "none"), choice, bench, f"shows {name}, if it is there,")
 
 
-def _told(ids: tuple[str, ...], choice: Choice, bench: Bench, told: str) -> NextExperiment:
+def _promised(ids: tuple[str, ...], choice: Choice, bench: Bench, aim: str) -> NextExperiment:
     promise = choice.promise
-    promised = f"{told} with a probability of {promise.told:.2f} (about {choice.minutes:.0f} min)"
+    promised = f"{aim} with a probability of {promise.power:.2f} (about {choice.minutes:.0f} min)"
     return NextExperiment(
         separates=(ids,),
         plan=_toml(choice.changes, choice.runs, bench),
         runs=choice.runs,
         why=f"{_words(choice.changes, bench)} {promised}",
-        power=promise.told,
+        power=promise.power,
         log_odds=promise.log_odds,
         minutes=choice.minutes,
         changed=_tables(choice.changes),
@@ -195,14 +195,14 @@ def _none(question: Question, choice: Choice, bench: Bench, words: str, *, advic
     """No plan: what the most promising one would do, and what the effects themselves advise."""
     reasons = dict.fromkeys(rival.term.effect.separated_by for rival in question.rivals)
     return NextExperiment(
-        separates=(question.ids,), plan="", runs=0, power=choice.promise.told,
+        separates=(question.ids,), plan="", runs=0, power=choice.promise.power,
         why=f"{words}. {most_promising(choice, bench)} {advice} {'; or by '.join(reasons)}",
     )  # fmt: skip
 
 
 def most_promising(choice: Choice, bench: Bench) -> str:
     """The sentence on the best of the plans that fall short of POWER."""
-    percent = round(100.0 * choice.promise.told)
+    percent = round(100.0 * choice.promise.power)
     if not percent:
         return "None of those that were tried would do so in even 1 % of the sessions."
     return f"The most promising one ({_words(choice.changes, bench)}) would do so in {percent} % of the sessions."
@@ -217,7 +217,7 @@ def _narrows(question: Question, bench: Bench, fitted: Fit) -> NextExperiment | 
     choice = narrowing(question, bench, ratio=HALF)
     if choice is None:
         return None
-    sd = choice.promise.told * value.sd
+    sd = choice.sd_ratio * value.sd
     why = (
         f"{_words(choice.changes, bench)} measures {rival.id}'s {read_name(name, value.unit)} to "
         f"{value.sharper(sd)} (about {choice.minutes:.0f} min)"

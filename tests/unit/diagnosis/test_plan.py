@@ -89,15 +89,15 @@ def test_what_no_plan_separates_is_advised_by_the_effects_themselves() -> None:
 
 
 @pytest.mark.parametrize(
-    ("told", "words"),
+    ("power", "words"),
     [
         (0.123, "The most promising one (the same again, in random order) would do so in 12 % of the sessions."),
         (0.004, "None of those that were tried would do so in even 1 % of the sessions."),
     ],
 )
-def test_a_plan_that_does_nothing_is_not_promising(told: float, words: str) -> None:
+def test_a_plan_that_does_nothing_is_not_promising(power: float, words: str) -> None:
     bench = Bench(recorded=on_paper(paper(dwell_s=np.full(RUNS, 1.0)), mu_s=0.4))
-    choice = Choice(changes=(), runs=RUNS, minutes=10.0, promise=Outlook(told=told, log_odds=0.0))
+    choice = Choice(changes=(), runs=RUNS, minutes=10.0, promise=Outlook(power=power, log_odds=0.0))
     assert most_promising(choice, bench) == words
 
 
@@ -105,9 +105,9 @@ def test_a_longer_session_promises_more() -> None:
     bench, asked = Bench(recorded=on_paper(paper(), mu_s=0.4)), question(AGEING, WEAR)
     trials = sessions(asked, bench, SINGLE[:1], runs=100)
     groups = [("contact_aging",), ("wear",)]
-    told = [outlook(drawn(trials, runs=runs, rng=np.random.default_rng(1)), groups).told for runs in (20, 60, 200)]
-    assert told == sorted(told)
-    assert told[0] < told[-1]
+    power = [outlook(drawn(trials, runs=runs, rng=np.random.default_rng(1)), groups).power for runs in (20, 60, 200)]
+    assert power == sorted(power)
+    assert power[0] < power[-1]
 
 
 VISCOUS = Term(KNOWN["viscous"], {"drag_n_s_m": 0.02, "by_load": 0.0})
@@ -137,11 +137,11 @@ def test_other_loads_promise_less_where_the_drag_may_grow_with_the_load() -> Non
     opened = replace(known, rivals=(*open_shapes(bench.recorded.evidence, beside, known.rivals[0]), known.rivals[1]))
     loads = next(change for change in SINGLE if change.factor == "mass")
     groups = [("viscous",), ("rate_strengthening",)]
-    told = [
-        outlook(drawn(sessions(one, bench, (loads,), runs=60), runs=60, rng=np.random.default_rng(1)), groups).told
+    power = [
+        outlook(drawn(sessions(one, bench, (loads,), runs=60), runs=60, rng=np.random.default_rng(1)), groups).power
         for one in (known, opened)
     ]
-    assert told[1] < told[0]
+    assert power[1] < power[0]
 
 
 def test_the_same_question_has_the_same_answer() -> None:
