@@ -22,8 +22,8 @@ from shared.config import Table, load_table
 from shared.rig import RigConfig, rig_of_table
 from station.app import assembly, recordings
 from station.app.lockstep import Lockstep
-from station.app.retold_recording import write_retold
 from station.app.same_session import same
+from station.app.simulated_recording import write_simulated
 from station.diagnosis.report.sentences import untestable_because
 from station.diagnosis.result import Diagnosis, EffectFound, Value, read_name
 from station.physics.catalogue import Catalogue, confused
@@ -97,7 +97,7 @@ def conceal(
     signals, planar = load_signals(reader), simulator("planar")
     without = planar.repeat(signals, PLAIN, rig=rig, rng=deepcopy(rng))
     simulated = planar.repeat(signals, model, rig=rig, rng=rng)
-    write_retold(reader, simulated, out, rig=rig, said={}, model_toml="")
+    write_simulated(reader, simulated, out, rig=rig, said={}, model_toml="")
     plain.unlink()
     return Concealed(recording=out, shows=not same(simulated, without))
 

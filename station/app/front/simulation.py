@@ -23,7 +23,7 @@ from station.app.front.table import Table
 from station.app.onset_differences import difference, in_sum
 from station.app.planting import plain_model
 from station.app.planting import plant as planted
-from station.app.retold_recording import write_retold
+from station.app.simulated_recording import write_simulated
 from station.pages import pieces
 from station.pages.caption import made_by
 from station.physics.catalogue import catalogue_of_table
@@ -131,7 +131,7 @@ class Simulated(Recording):
             UserError: if the file exists or cannot be written.
         """
         out = Path(path)
-        return write_retold(
+        return write_simulated(
             self.reader, self.signals, out, rig=self._rig, said=self._said, model_toml=self._model_toml
         )  # fmt: skip
 

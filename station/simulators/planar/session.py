@@ -18,7 +18,7 @@ from station.simulators.planar.commands import Commands, tracks
 from station.simulators.planar.plate import Plate, gravity_at
 from station.simulators.planar.simulate import Chances, Motions, simulate
 from station.simulators.recorded_runs import RecordedRun, numbers, recorded_runs
-from station.simulators.retelling import Outcome, retold
+from station.simulators.simulated_signals import Outcome, simulated_signals
 
 KNOT_S = 0.01
 Integers = NDArray[np.int64]
@@ -60,7 +60,7 @@ def repeated(
     def repeat(row: Integers, time_s: Array) -> Outcome:
         return _outcome(commands, model, chances, row=row, time_s=time_s, simulated=simulated)
 
-    return retold(recorded, runs, model, rig=rig, repeat=repeat, rng=rng)
+    return simulated_signals(recorded, runs, model, rig=rig, repeat=repeat, rng=rng)
 
 
 def commands_of(recorded: Signals, runs: Sequence[RecordedRun], *, rig: RigConfig) -> Commands:

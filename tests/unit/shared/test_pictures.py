@@ -19,7 +19,7 @@ from shared.clock import SIMULATION_EPOCH_NS as NOW_NS
 from shared.errors import UserError
 from shared.foxglove import CompressedImage
 from shared.pictures import MOST_PIXELS, size_px, unpacked, unpacked_of_any_kind
-from station.app.retold_picture import RetoldPicture
+from station.app.simulated_picture import SimulatedPicture
 from station.recording.mcap_file import McapFile
 from station.recording.reader import Recorded, open_recording
 
@@ -116,10 +116,10 @@ def test_the_largest_camera_of_a_pi_is_within_the_bound() -> None:
 
 
 @pytest.mark.parametrize("data", [b"", b"x", b"II*\x00" + bytes(40), png(60_000)])
-def test_a_picture_that_is_not_unpacked_is_not_retold(data: bytes) -> None:
+def test_a_picture_that_is_not_unpacked_is_left_out(data: bytes) -> None:
     message = frames.image(data, stamp_ns=1)
     item = Recorded("camera/image", payload=b"", message=message, publish_ns=1, log_ns=1)
-    assert list(RetoldPicture().take(item)) == []
+    assert list(SimulatedPicture().take(item)) == []
 
 
 @pytest.mark.parametrize("name", ["a.png", "a.bmp"])

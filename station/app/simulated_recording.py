@@ -14,7 +14,7 @@ from shared.foxglove import FrameTransform, FrameTransforms
 from shared.messages import AngleReading, BlockPose, MarkerCorners, Message, Sample
 from shared.rig import RigConfig
 from shared.topics import ANGLE_PREFIX
-from station.app.retold_picture import IMAGE, RetoldPicture, Told
+from station.app.simulated_picture import IMAGE, SimulatedPicture, TopicMessage
 from station.recording.provenance import Attachment, Provenance
 from station.recording.reader import Recorded, RecordingReader
 from station.recording.writer import Recording
@@ -27,7 +27,7 @@ _OWN = {"rig_id", "started_ns", "mode", "seed"}
 _FILES = {"rig.toml", "plan.toml", "calibration.toml"}
 
 
-def write_retold(
+def write_simulated(
     reader: RecordingReader, simulated: Signals, out: Path, *, rig: RigConfig, said: Mapping[str, str], model_toml: str
 ) -> int:  # fmt: skip
     """Writes the recording; gives the number of its messages, without those that the recorder adds for viewers.
@@ -45,11 +45,11 @@ def write_retold(
     Raises:
         UserError: if `out` exists or cannot be written.
     """
-    writer = _Retold(simulated, height_m=rig.block.size_m[2])
+    writer = _SimulatedMessages(simulated, height_m=rig.block.size_m[2])
     with Recording(out, provenance=_provenance(reader, rig, said, model_toml)) as recording:
         count = 0
         for item in reader.messages():
-            for topic, message in writer.told(item):
+            for topic, message in writer.of(item):
                 recording.write_message(topic, message, receive_ns=item.log_ns)
                 count += 1
     return count
@@ -76,7 +76,7 @@ def _provenance(reader: RecordingReader, rig: RigConfig, said: Mapping[str, str]
     )
 
 
-class _Retold:
+class _SimulatedMessages:
     """Says of every recorded message what the simulated session has instead."""
 
     def __init__(self, simulated: Signals, *, height_m: float) -> None:
@@ -87,15 +87,15 @@ class _Retold:
         self._angles = {source: _rows(track) for source, track in simulated.angles.items()}
         self._samples = {sample.run: sample for sample in simulated.samples}
         self._poses = poses_of(simulated)
-        self._picture = RetoldPicture()
+        self._picture = SimulatedPicture()
 
-    def told(self, item: Recorded) -> Iterator[Told]:
+    def of(self, item: Recorded) -> Iterator[TopicMessage]:
         """The messages in its place, with their topics: one, none, or corners that are drawn over the picture, too."""
         yield from self._picture.take(item)
         for message in self._messages(item):
             yield item.topic, message
             if isinstance(message, MarkerCorners) and item.topic == "camera/corners":
-                yield from self._picture.drawn(message)
+                yield from self._picture.overlay(message)
 
     def _messages(self, item: Recorded) -> Iterator[Message]:
         if item.topic.startswith(IMAGE) or item.topic == "log":
@@ -138,18 +138,18 @@ class _Retold:
             if transform.child_frame_id != frames.BLOCK:
                 yield transform
             elif len(self._simulated.corners):
-                place = _last(self._poses, publish_ns)
-                if place is not None:
+                pose = _last(self._poses, publish_ns)
+                if pose is not None:
                     yield frames.block_transform(
-                        x_m=place[0],
-                        y_m=place[1],
-                        yaw_rad=place[2],
+                        x_m=pose[0],
+                        y_m=pose[1],
+                        yaw_rad=pose[2],
                         height_m=self._height_m,
                         stamp_ns=transform.timestamp.ns,
                     )
             elif publish_ns in self._block:
-                pose = self._tracked(BlockPose(stamp_ns=publish_ns, found=True), self._block[publish_ns])
-                yield frames.block_pose_transform(pose)
+                tracked = self._tracked(BlockPose(stamp_ns=publish_ns, found=True), self._block[publish_ns])
+                yield frames.block_pose_transform(tracked)
 
 
 def _rows(track: Track) -> Rows:

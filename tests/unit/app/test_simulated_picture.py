@@ -13,7 +13,7 @@ from shared import frames
 from shared.clock import SIMULATION_EPOCH_NS
 from shared.messages import MarkerCorners, Message
 from station.__main__ import main
-from station.app.retold_picture import IMAGE, OVERLAY, RetoldPicture
+from station.app.simulated_picture import IMAGE, OVERLAY, SimulatedPicture
 from station.recording.reader import Recorded, open_recording
 
 CORNERS = (10.0, 10.0, 20.0, 10.0, 20.0, 20.0, 10.0, 20.0)
@@ -31,15 +31,15 @@ def picture(*, textured: bool) -> Message:
 
 
 def test_a_picture_that_shows_something_is_left_out() -> None:
-    kept = RetoldPicture()
+    kept = SimulatedPicture()
     assert not [*kept.take(item(IMAGE, picture(textured=True)))]
-    assert not [*kept.drawn(MarkerCorners(corners_px=CORNERS, found=True))]
+    assert not [*kept.overlay(MarkerCorners(corners_px=CORNERS, found=True))]
 
 
 @pytest.fixture(scope="module")
 def again(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     """A session of a camera without pixels, and the same in the planar simulator."""
-    folder = tmp_path_factory.mktemp("retold")
+    folder = tmp_path_factory.mktemp("simulated")
     recorded, simulated = folder / "sim.mcap", folder / "again.mcap"
     assert main(["run", "--lockstep", "--samples", "2", "--seed", "3", "--out", str(recorded)]) == 0
     assert main(["simulate", str(recorded), "--out", str(simulated)]) == 0

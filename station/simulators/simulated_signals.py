@@ -76,7 +76,7 @@ class _Moments:
         return repeat(np.concatenate(self._rows), np.concatenate(self._times))
 
 
-def retold(
+def simulated_signals(
     recorded: Signals,
     runs: Sequence[RecordedRun],
     model: Model,

@@ -14,10 +14,10 @@ IMAGE, OVERLAY = "camera/image", "camera/image/overlay"
 MOVED_PX = 0.5
 """Corners are drawn anew when they have moved so far: less is not seen in a viewer."""
 
-Told = tuple[str, Message]
+TopicMessage = tuple[str, Message]
 
 
-class RetoldPicture:
+class SimulatedPicture:
     """Says what of the recorded picture holds in the simulation: one that shows nothing contradicts nothing."""
 
     def __init__(self) -> None:
@@ -26,7 +26,7 @@ class RetoldPicture:
         self._is_blank = False
         self._shown_px: tuple[float, ...] = ()
 
-    def take(self, item: Recorded) -> Iterator[Told]:
+    def take(self, item: Recorded) -> Iterator[TopicMessage]:
         """The picture, if it is blank; lens and geometry are remembered."""
         message = item.message
         if isinstance(message, CameraCalibration):
@@ -37,7 +37,7 @@ class RetoldPicture:
             self._is_blank = True
             yield item.topic, message
 
-    def drawn(self, corners: MarkerCorners) -> Iterator[Told]:
+    def overlay(self, corners: MarkerCorners) -> Iterator[TopicMessage]:
         """The simulated corners over the blank picture, where they have moved."""
         lens, geometry = self._lens, self._geometry
         if not self._is_blank or lens is None or geometry is None or not self._has_moved(corners):
