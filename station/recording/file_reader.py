@@ -26,14 +26,14 @@ from station.recording.in_order import in_order
 from station.recording.indexed import damaged
 from station.recording.malformed import LeftOut
 from station.recording.recorded import TRUTH, M, Recorded, TopicInfo, message_of
-from station.recording.told import Told
+from station.recording.recording_info import RecordingInfo
 
 _LOG = logging.getLogger(__name__)
 MOST_SAMPLES = 200_000
 """Ten times the longest session, of 20 000 runs; as objects they take 250 MB, which a file of some kB may ask for."""
 
 
-class RecordingReader(Told):
+class RecordingReader(RecordingInfo):
     """A finished recording. It holds no file open between calls, and no more than the overlapping chunks within one."""
 
     def __init__(self, path: Path, summary: Summary) -> None:
@@ -73,8 +73,8 @@ class RecordingReader(Told):
     def leave_out(self, topic: str, places: Iterable[int]) -> None:
         """Takes note, by their places, of payloads that are no message of their topic; the first of each is told."""
         if self._left_out.add(topic, [self.first_place + place for place in places]):
-            told = "%s: /%s holds payloads that are no messages of it; they are left out"
-            _LOG.warning(told, self.path, visible(topic))
+            warning = "%s: /%s holds payloads that are no messages of it; they are left out"
+            _LOG.warning(warning, self.path, visible(topic))
 
     @property
     def malformed(self) -> dict[str, int]:

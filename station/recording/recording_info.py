@@ -10,7 +10,7 @@ from station.recording.indexed import IndexedChunks
 from station.recording.recorded import TopicInfo, topics_of
 
 
-class Told:
+class RecordingInfo:
     """The facts on one finished recording; no file is held open."""
 
     def __init__(self, path: Path, summary: Summary) -> None:
