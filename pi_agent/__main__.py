@@ -43,13 +43,13 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(words: list[str]) -> int:
     """Reads the words and does what they ask; only that command is imported, as tracking must start fast on a Pi."""
-    told = ending(one="done, with findings or a fault that is said", example="pi-agent run --rig rig.toml")
-    parser = Parser(prog="pi-agent", description=DESCRIPTION, epilog=told)
+    epilog = ending(one="done, with findings or a fault that is said", example="pi-agent run --rig rig.toml")
+    parser = Parser(prog="pi-agent", description=DESCRIPTION, epilog=epilog)
     parser.add_argument("--version", action="version", version=f"pi-agent {version()}")
     choices = parser.add_subparsers(dest="command", metavar=f"{{{','.join(COMMANDS)}}}")
     asked = parser
-    for name, (module, told) in COMMANDS.items():
-        sub = choices.add_parser(name, help=told)
+    for name, (module, help_text) in COMMANDS.items():
+        sub = choices.add_parser(name, help=help_text)
         if words and name == words[0]:
             asked, command = sub, importlib.import_module(module)
             sub.description = command.__doc__

@@ -34,11 +34,11 @@ class WithDefaults(argparse.RawDescriptionHelpFormatter):
         return "\n".join(f"{indent}{line}" for part in filled for line in part)
 
     def _get_help_string(self, action: argparse.Action) -> str | None:
-        told = action.help or ""
+        help_text = action.help or ""
         has_default = bool(action.option_strings) and action.default is not argparse.SUPPRESS
         if not has_default or action.default in (None, False, "", []) or callable(action.default):
-            return told
-        return told if "(default" in told else f"{told} (default: %(default)s)"
+            return help_text
+        return help_text if "(default" in help_text else f"{help_text} (default: %(default)s)"
 
 
 class Parser(argparse.ArgumentParser):
@@ -71,10 +71,10 @@ class Parser(argparse.ArgumentParser):
 
 def ending(*, one: str, example: str) -> str:
     """The end of a command's help: its exit statuses (`one` says what 1 means; empty: there is none) and an example."""
-    told = (
+    statuses = (
         f"Exit status: 0: done;{f' 1: {one};' if one else ''} 2: a mistake in what was asked; 130: stopped by Ctrl-C."
     )
-    return f"{told}\n\nExample:\n  {example}"
+    return f"{statuses}\n\nExample:\n  {example}"
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

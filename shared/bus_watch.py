@@ -125,6 +125,6 @@ def common_name(folder: Path) -> str:
         for end in ends:
             with suppress(ssl.SSLWantReadError):
                 end.do_handshake()
-    told = ends[1].getpeercert() or {}
-    names = [value for pairs in told.get("subject", ()) for name, value in pairs if name == "commonName"]
+    certificate = ends[1].getpeercert() or {}
+    names = [value for pairs in certificate.get("subject", ()) for name, value in pairs if name == "commonName"]
     return str(names[0]) if names else ""

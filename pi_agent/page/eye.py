@@ -96,7 +96,7 @@ class Eye:
             "exposure_ms": self._exposure_ms,
             "rig_exposure_ms": self._context.rig.camera.exposure_ms,
             "fault": self._fault,
-            "seen": seen.told() if seen else None,
+            "seen": seen.as_json() if seen else None,
             "busy": self._busy,
             "refused": self._refused,
             "notes": kept.notes if kept else "",

@@ -30,7 +30,7 @@ class Seen:
     light: Light
     fault: str
 
-    def told(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, Any]:
         """Everything but the picture itself, for JSON."""
         places = [list(one.corners_px) for one in (self.corners, *self.fiducials) if one.found]
         blur = None if math.isnan(self.blur_px) else round(self.blur_px, 3)

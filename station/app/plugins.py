@@ -29,8 +29,8 @@ def plugin_folders(table: Table | None, named: Iterable[Path] = ()) -> tuple[Pat
         UserError: for a folder that is missing, or has neither importers nor simulators; for folders that no file on
             disk names.
     """
-    told = () if table is None else own_folders(table, "folders", parse(PluginSettings, table).folders)
-    found = (*named, *told)
+    configured = () if table is None else own_folders(table, "folders", parse(PluginSettings, table).folders)
+    found = (*named, *configured)
     for folder in found:
         if not any((folder / kind).is_dir() for kind in ("importers", "simulators")):
             raise UserError(

@@ -16,7 +16,7 @@ MINUTES_FROM_S = 120.0
 """Seconds from which on a time is told in minutes."""
 
 
-class Told:
+class ProgressLines:
     """Prints how many (of `what`) are done, how long it took and how long the rest takes; nothing on a terminal."""
 
     def __init__(
@@ -36,8 +36,10 @@ class Told:
         if self._console.is_terminal or now - self._last < EVERY_S:
             return
         self._last, passed = now, now - self._begin
-        left = f"about {told_time(passed / done * (self._total - done))} left" if done else "time left not known yet"
-        self._console.print(f"{done} of {self._total} {self._what} in {told_time(passed)}, {left}", soft_wrap=True)
+        left = (
+            f"about {duration_text(passed / done * (self._total - done))} left" if done else "time left not known yet"
+        )
+        self._console.print(f"{done} of {self._total} {self._what} in {duration_text(passed)}, {left}", soft_wrap=True)
 
 
 @contextmanager
@@ -51,7 +53,7 @@ def stages(
     began, stage = seconds(), first
 
     def tell() -> None:
-        console.print(f"{stage}, {told_time(seconds() - began)} so far", markup=False, soft_wrap=True)
+        console.print(f"{stage}, {duration_text(seconds() - began)} so far", markup=False, soft_wrap=True)
 
     def show(name: str) -> None:
         nonlocal stage
@@ -62,7 +64,7 @@ def stages(
         yield show
 
 
-def told_time(seconds: float) -> str:
+def duration_text(seconds: float) -> str:
     """A duration in words: seconds, or minutes from two of them on."""
     return f"{seconds:.0f} s" if seconds < MINUTES_FROM_S else f"{seconds / 60:.0f} min"
 

@@ -44,15 +44,15 @@ def sign(recording: Path, keys: Path, *, now_ns: int) -> Path:
     certificate, key = _certificate_in(folder / "cert.pem"), _private_key(folder / "key.pem")
     if _public_key(certificate) != key.public_key():
         raise UserError(f"Expected the key of cert.pem in {folder}, got the key of another certificate")
-    told: dict[str, str | int] = {
+    signed: dict[str, str | int] = {
         "format": _FORMAT,
         "sha256": file_sha256(recording),
         "signed_ns": now_ns,
         "certificate": certificate.public_bytes(serialization.Encoding.PEM).decode(),
     }
-    signature = key.sign(_bytes(told), ec.ECDSA(hashes.SHA256()))
+    signature = key.sign(_bytes(signed), ec.ECDSA(hashes.SHA256()))
     target = signature_path(recording)
-    text = json.dumps({**told, "signature": base64.b64encode(signature).decode()}, indent=1) + "\n"
+    text = json.dumps({**signed, "signature": base64.b64encode(signature).decode()}, indent=1) + "\n"
     try:
         target.write_text(text, encoding="utf-8")
     except OSError as error:
@@ -69,24 +69,24 @@ def signature_of(recording: Path, *, sha256: str, keys: Path | None) -> Signatur
     Raises:
         UserError: if the file beside the recording is no signature, or the keys cannot be read.
     """
-    told, certificate, signature = _parsed(signature_path(recording))
+    signed, certificate, signature = _parsed(signature_path(recording))
     name = _common_name(certificate)
-    found = Signature(name, certificate.fingerprint(hashes.SHA256()).hex(), int(told["signed_ns"]), keys is not None)
-    fault = _broken(told, certificate, signature, sha256=sha256)
+    found = Signature(name, certificate.fingerprint(hashes.SHA256()).hex(), int(signed["signed_ns"]), keys is not None)
+    fault = _broken(signed, certificate, signature, sha256=sha256)
     if not fault and keys is not None:
         fault = _stranger(certificate, name, keys, signed_ns=found.signed_ns)
     return replace(found, fault=fault)
 
 
-def _broken(told: dict[str, str | int], certificate: x509.Certificate, signature: bytes, *, sha256: str) -> str:
+def _broken(signed: dict[str, str | int], certificate: x509.Certificate, signature: bytes, *, sha256: str) -> str:
     key = _public_key(certificate)
     if key is None:
         return "its certificate has another kind of key than the rig's"
     try:
-        key.verify(signature, _bytes(told), ec.ECDSA(hashes.SHA256()))
+        key.verify(signature, _bytes(signed), ec.ECDSA(hashes.SHA256()))
     except InvalidSignature:
         return "the signature is not of this certificate"
-    return "" if told["sha256"] == sha256 else "the file was changed after it was signed"
+    return "" if signed["sha256"] == sha256 else "the file was changed after it was signed"
 
 
 def _stranger(certificate: x509.Certificate, name: str, keys: Path, *, signed_ns: int) -> str:
@@ -118,9 +118,11 @@ def _parsed(path: Path) -> tuple[dict[str, str | int], x509.Certificate, bytes]:
     try:
         with path.open("rb") as file:
             values = json.loads(file.read(_MOST_BYTES))
-        told = {name: values[name] for name in _SIGNED}
-        good = told["format"] == _FORMAT and isinstance(told["signed_ns"], int) and isinstance(told["sha256"], str)
-        certificate = _certificate_of(told["certificate"].encode())
+        signed = {name: values[name] for name in _SIGNED}
+        good = (
+            signed["format"] == _FORMAT and isinstance(signed["signed_ns"], int) and isinstance(signed["sha256"], str)
+        )
+        certificate = _certificate_of(signed["certificate"].encode())
         signature = base64.b64decode(values["signature"], validate=True)
     except OSError as error:
         raise UserError(f"Expected a signature at {path}, but it cannot be read: {error.strerror}") from error
@@ -128,7 +130,7 @@ def _parsed(path: Path) -> tuple[dict[str, str | int], x509.Certificate, bytes]:
         raise UserError(f"{path}: expected a signature as `station keys sign` writes it, got something else") from error
     if not good:
         raise UserError(f"{path}: expected a signature of the format {_FORMAT}, got another one")
-    return told, certificate, signature
+    return signed, certificate, signature
 
 
 def _certificate_of(pem: bytes) -> x509.Certificate:
@@ -182,5 +184,5 @@ def _common_name(certificate: x509.Certificate) -> str:
     return str(names[0].value) if names else "a certificate without a name"
 
 
-def _bytes(told: Mapping[str, str | int]) -> bytes:
-    return json.dumps(told, sort_keys=True).encode()
+def _bytes(signed: Mapping[str, str | int]) -> bytes:
+    return json.dumps(signed, sort_keys=True).encode()

@@ -129,12 +129,12 @@ def _content(reader: RecordingReader) -> Part:
         what = f"metadata {', '.join(repr(name) for name in changed)} is not as it was written"
         where = Mismatch("metadata", reader.start_ns, changed[0], "", "")
         return Part("content", "different", count, _with_left_out(what, reader), where)
-    told = f"{count} messages and {attached} attached files match their checksums"
-    return Part("content", "identical", count, _with_left_out(told, reader))
+    words = f"{count} messages and {attached} attached files match their checksums"
+    return Part("content", "identical", count, _with_left_out(words, reader))
 
 
-def _with_left_out(told: str, reader: RecordingReader) -> str:
-    return f"{told}. {left_out(reader.malformed)}".removesuffix(". ")
+def _with_left_out(words: str, reader: RecordingReader) -> str:
+    return f"{words}. {left_out(reader.malformed)}".removesuffix(". ")
 
 
 def _corners(reader: RecordingReader) -> Part:

@@ -41,8 +41,8 @@ def run(options: argparse.Namespace) -> int:
     stream = ((item.topic, item.message, item.log_ns) for item in reader.messages({*INPUTS, *DECISIONS}))
     own = None if options.rig is None else load_rig(options.rig)
     verdict = replay(machine_of(reader, rig=own), stream)
-    if told := left_out(reader.malformed):
-        print(visible(told))
+    if note := left_out(reader.malformed):
+        print(visible(note))
     if verdict.difference is not None:
         print(visible(f"{verdict.decisions} decisions are the same, then: {verdict.difference}"))
         return 1

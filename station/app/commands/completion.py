@@ -62,17 +62,17 @@ def _commands() -> Iterator[Command]:
 
 def _agent_commands() -> Iterator[Command]:
     """The commands of the camera agent, which is another program: its help tells them."""
-    for name, told in re.findall(r"^    (\w+) +(\S.*)$", _agent_help(), re.MULTILINE):
+    for name, help_text in re.findall(r"^    (\w+) +(\S.*)$", _agent_help(), re.MULTILINE):
         found = re.findall(r"^  (?:-\w, )?(--[\w-]+)(?: .*?(?:  +(\S.*))?)?$", _agent_help(name), re.MULTILINE)
         long = tuple((each, " ".join(said.split())) for each, said in found)
-        yield Command(name=name, help=" ".join(told.split()), options=long, words=())
+        yield Command(name=name, help=" ".join(help_text.split()), options=long, words=())
 
 
 def _agent_help(*words: str) -> str:
     """The help of `pi-agent`, or of a command of it, with each explanation in the line of what it explains."""
     asked = [sys.executable, "-m", "pi_agent", *words, "--help"]
-    told = subprocess.run(asked, capture_output=True, text=True, check=False).stdout
-    return re.sub(r"(?<=\S)\n {8,}", "  ", told)
+    printed = subprocess.run(asked, capture_output=True, text=True, check=False).stdout
+    return re.sub(r"(?<=\S)\n {8,}", "  ", printed)
 
 
 def _bash(program: str, commands: list[Command]) -> str:
@@ -118,13 +118,13 @@ def _fish(program: str, commands: list[Command]) -> str:
     lines = list[str]()
     for one in commands:
         first, _, second = one.name.partition(" ")
-        told = shlex.quote(one.help)
+        description = shlex.quote(one.help)
         here = f"__fish_seen_subcommand_from {first}"
         if second:
-            lines.append(f"complete -c {program} -n {shlex.quote(here)} -a {second} -d {told}")
+            lines.append(f"complete -c {program} -n {shlex.quote(here)} -a {second} -d {description}")
             here += f"; and __fish_seen_subcommand_from {second}"
         else:
-            lines.append(f"complete -c {program} -n __fish_use_subcommand -a {first} -d {told}")
+            lines.append(f"complete -c {program} -n __fish_use_subcommand -a {first} -d {description}")
         if one.words:
             lines.append(f"complete -c {program} -n {shlex.quote(here)} -a {shlex.quote(' '.join(one.words))}")
         for name, said in one.options:

@@ -90,10 +90,10 @@ def _explained(effect: Effect) -> str:
 
 
 def _described(effect: Effect) -> dict[str, Any]:
-    told = ("id", "title", "law", "source", "layer", "family", "separated_by")
+    fields = ("id", "title", "law", "source", "layer", "family", "separated_by")
     parameters = [
         {name: getattr(one, name) for name in ("name", "unit", "low", "high", "typical", "null")}
         for one in effect.parameters
     ]
     confounded = list(effect.confounded_with)
-    return {name: getattr(effect, name) for name in told} | {"parameters": parameters, "confounded_with": confounded}
+    return {name: getattr(effect, name) for name in fields} | {"parameters": parameters, "confounded_with": confounded}

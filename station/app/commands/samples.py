@@ -55,10 +55,10 @@ def run(args: argparse.Namespace) -> int:
     if args.digest:
         print(digest(open_recording(file)))
         return 0
-    samples, told = _read(file)
+    samples, note = _read(file)
     show(samples, terminal, source=found.names[0], ends=len(samples) if args.all else ENDS)
-    if told:
-        terminal.print(visible(told), markup=False)
+    if note:
+        terminal.print(visible(note), markup=False)
     for path in (args.csv, args.parquet):
         if path is not None:
             write_samples(samples, path, more=free_of_foam_m(samples, file))

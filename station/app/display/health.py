@@ -47,8 +47,10 @@ def clocks(known: Mapping[str, ClockOffset], *, ended: bool) -> Health:
     """The offset of each agent's clock."""
     if not known:
         return silence("clock", "not measured yet", ended=ended)
-    told = [f"{agent} {1e-6 * at.offset_ns:+.2f} ± {1e-6 * at.sigma_ns:.2f} ms" for agent, at in sorted(known.items())]
-    return Health(part="clock", well=True, text=", ".join(told))
+    offsets = [
+        f"{agent} {1e-6 * at.offset_ns:+.2f} ± {1e-6 * at.sigma_ns:.2f} ms" for agent, at in sorted(known.items())
+    ]
+    return Health(part="clock", well=True, text=", ".join(offsets))
 
 
 def disk(paths: Sequence[Path]) -> Health:

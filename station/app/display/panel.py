@@ -12,7 +12,7 @@ from rich.text import Text
 from shared.bus import Bus
 from station.app.display.moment import Direction, Health, Moment
 from station.app.display.watched import Watched
-from station.app.progress import told_time
+from station.app.progress import duration_text
 
 REFRESH_HZ = 4
 """Drawings a second: as many as one can read; each takes some 5 ms."""
@@ -77,11 +77,11 @@ def _title(moment: Moment) -> str:
 
 
 def _now(moment: Moment) -> list[tuple[str, RenderableType]]:
-    left = "" if moment.left_s is None else f", about {told_time(moment.left_s)} left"
+    left = "" if moment.left_s is None else f", about {duration_text(moment.left_s)} left"
     progress = Table.grid(padding=(0, 1))
     progress.add_row(
         ProgressBar(total=max(moment.total, 1), completed=moment.done, width=_BAR // 2),
-        f"{moment.done} of {moment.total} in {told_time(moment.passed_s)}{left}",
+        f"{moment.done} of {moment.total} in {duration_text(moment.passed_s)}{left}",
     )
     return [
         ("direction", Text(_direction(moment.direction))),
@@ -97,11 +97,11 @@ def _distance(moment: Moment) -> RenderableType:
     row = Table.grid(padding=(0, 1))
     moved, threshold = moment.moved_px, moment.threshold_px
     bar = ProgressBar(total=threshold, completed=min(moved, threshold), width=_BAR // 2)
-    row.add_row(bar, _told_distance(moment))
+    row.add_row(bar, _distance_text(moment))
     return row
 
 
-def _told_distance(moment: Moment) -> str:
+def _distance_text(moment: Moment) -> str:
     """The distance in mm, or in px while the camera's geometry is unknown."""
     moved, threshold, unit = moment.moved_mm, moment.threshold_mm, "mm"
     if moved is None or threshold is None:

@@ -7,14 +7,14 @@ from rich.markup import escape
 
 from shared.bus import Bus
 from shared.visible import visible
-from station.app.progress import Told
+from station.app.progress import ProgressLines
 
 
 class PlainDisplay:
     """Prints plain lines on the console."""
 
     def __init__(self, console: Console, *, total: int) -> None:
-        self._console, self._told = console, Told(console, total=total)
+        self._console, self._progress = console, ProgressLines(console, total=total)
 
     def __enter__(self) -> PlainDisplay:
         """Itself."""
@@ -32,7 +32,7 @@ class PlainDisplay:
 
     def tell(self, done: int) -> None:
         """`done` samples are there."""
-        self._told.at(done)
+        self._progress.at(done)
 
     def end(self, fault: str) -> None:
         """Nothing: the summary follows."""

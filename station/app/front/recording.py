@@ -159,8 +159,8 @@ class Recording:
 
     def _about(self) -> str:
         runs = len(self.every_sample)
-        told = f"{runs} sample{'s' * (runs != 1)}" if runs else "no samples: no run of the session came to its end"
-        return f"{self.name}: {told}{self._when()}"
+        counted = f"{runs} sample{'s' * (runs != 1)}" if runs else "no samples: no run of the session came to its end"
+        return f"{self.name}: {counted}{self._when()}"
 
     def _when(self) -> str:
         if not self.reader.start_ns:

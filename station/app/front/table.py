@@ -82,7 +82,7 @@ class Table:
 
     def _repr_html_(self) -> str:
         """The first rows, for a notebook."""
-        first = [[escape(_told(value)) for value in column[:_ROWS].tolist()] for column in self._columns.values()]
+        first = [[escape(_digits(value)) for value in column[:_ROWS].tolist()] for column in self._columns.values()]
         rows = [list(row) for row in zip(*first, strict=True)]
         return fragment(pieces.table(self.columns, rows, caption=_count(self)))
 
@@ -101,11 +101,11 @@ def _says_something(column: Column) -> bool:
 
 
 def _first(column: Column) -> list[str]:
-    shown = [repr(value) if isinstance(value, str) else _told(value) for value in column[:_FIRST].tolist()]
+    shown = [repr(value) if isinstance(value, str) else _digits(value) for value in column[:_FIRST].tolist()]
     return [*shown, "…"] if len(column) > _FIRST else shown
 
 
-def _told(value: object) -> str:
+def _digits(value: object) -> str:
     """A value in six digits; whole numbers, such as times, in all of theirs."""
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 

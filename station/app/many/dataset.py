@@ -62,7 +62,7 @@ def sampled(path: Path, name: str, *, dataset: Kept | None, with_digest: bool) -
     reader = open_recording(path) if path.name.endswith((".mcap", ".mcap.partial")) else None
     samples, content = reader.samples() if reader else read_samples(path), digest_of(path)
     origin = _origin(reader, content)
-    told: dict[str, Any] = {
+    facts: dict[str, Any] = {
         "recording": name,
         "rig": origin.rig,
         "session": origin.session,
@@ -72,21 +72,21 @@ def sampled(path: Path, name: str, *, dataset: Kept | None, with_digest: bool) -
         "left_out": dict(reader.malformed) if reader else {},
     }
     if with_digest and reader is not None:
-        told["digest"] = digest(reader)
+        facts["digest"] = digest(reader)
     if dataset is not None:
         free_m = free_of_foam_m(samples, path)
-        told["files"] = [_write(dataset, samples, free_m=free_m, name=name, origin=origin, content=content)]
-    return told
+        facts["files"] = [_write(dataset, samples, free_m=free_m, name=name, origin=origin, content=content)]
+    return facts
 
 
 def _origin(reader: RecordingReader | None, content: str) -> Origin:
     """The origin that the recording's metadata tell; what is no number in them is left out."""
-    told = reader.metadata.get("session", {}) if reader else {}
-    started_ns, seed = _whole(told.get("started_ns", "")), _whole(told.get("seed", ""))
+    session = reader.metadata.get("session", {}) if reader else {}
+    started_ns, seed = _whole(session.get("started_ns", "")), _whole(session.get("seed", ""))
     if started_ns is None and reader is not None:
         started_ns = reader.start_ns
     began = "" if started_ns is None else f"{datetime.fromtimestamp(started_ns // 10**9, UTC):{_STARTED}}-"
-    return Origin(rig=told.get("rig_id") or None, session=f"{began}{content[:_DIGITS]}", seed=seed)
+    return Origin(rig=session.get("rig_id") or None, session=f"{began}{content[:_DIGITS]}", seed=seed)
 
 
 def _whole(text: str) -> int | None:

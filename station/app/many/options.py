@@ -17,7 +17,7 @@ from station.app.many.each import Kept, Row, Work, each
 from station.app.many.index import write_index
 from station.app.many.named import Chosen, chosen, size_bytes
 from station.app.many.shown import Shown, show
-from station.app.progress import Told
+from station.app.progress import ProgressLines
 from station.app.work import bar
 from station.cluster import cluster
 
@@ -103,14 +103,14 @@ def work_through(found: Chosen, command: Command, options: argparse.Namespace, *
 def _each(found: Chosen, command: Command, options: argparse.Namespace, kept: Kept | None, rows: list[Row]) -> None:
     """Adds the rows as they come, with a bar on a terminal and a line now and then in a log."""
     console = Console(stderr=True, highlight=False)
-    told = Told(console, total=len(found.names), what="recordings")
+    lines = ProgressLines(console, total=len(found.names), what="recordings")
     with _bar(console) as progress:
         shown = progress.add_task(command.name, total=len(found.names))
 
         def take(row: Row) -> None:
             rows.append(row)
             progress.advance(shown)
-            told.at(len(rows))
+            lines.at(len(rows))
 
         each(found.names, command.work, kept=kept, jobs=_jobs(found, command, options), as_it_comes=take)
 

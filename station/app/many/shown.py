@@ -16,7 +16,7 @@ from rich.text import Text
 from shared.visible import sentence, visible
 from station.app.many.each import Result, Row
 
-_TOLD = {"done": "done", "kept": "there already", "failed": "could not be read"}
+_STATUS_TEXT = {"done": "done", "kept": "there already", "failed": "could not be read"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,15 +51,15 @@ def table_of(rows: Sequence[Row], shown: Shown) -> Table:
     table = Table(Column("recording", overflow="fold"), "", *shown.columns)
     for row in rows:
         cells = shown.cells(row.result) if row.status != "failed" else [""] * len(shown.columns)
-        table.add_row(*(Text(visible(cell)) for cell in (row.recording, _TOLD[row.status], *cells)))
+        table.add_row(*(Text(visible(cell)) for cell in (row.recording, _STATUS_TEXT[row.status], *cells)))
     return table
 
 
 def summary_of(rows: Sequence[Row]) -> str:
     """The numbers of those that are done, were there already, and could not be read."""
     counts = Counter(row.status for row in rows)
-    told = ", ".join(f"{counts[status]} {said}" for status, said in _TOLD.items() if counts[status])
-    return f"{len(rows)} recording{'s' * (len(rows) != 1)}: {told}."
+    counted = ", ".join(f"{counts[status]} {said}" for status, said in _STATUS_TEXT.items() if counts[status])
+    return f"{len(rows)} recording{'s' * (len(rows) != 1)}: {counted}."
 
 
 def exit_status(rows: Sequence[Row], *, findings: bool = False) -> int:

@@ -45,7 +45,7 @@ class Notifier:
         self._config, self._seconds = config, seconds
         self._jobs: queue.Queue[Notification | None] = queue.Queue(CAPACITY)
         self._failures: queue.SimpleQueue[str] = queue.SimpleQueue()
-        self._told_s: dict[str, float] = {}
+        self._notified_s: dict[str, float] = {}
         self._held_back: Counter[str] = Counter()
         self._hanging: list[threading.Thread] = []
         self._thread = threading.Thread(target=self._work, name="notify", daemon=True)
@@ -60,10 +60,14 @@ class Notifier:
         if not self._config.anybody or not (kind in self._config.on if wanted is None else wanted):
             return
         now_s = self._seconds()
-        if kind in self._told_s and now_s - self._told_s[kind] < self._config.quiet_s and kind not in ("end", "disk"):
+        if (
+            kind in self._notified_s
+            and now_s - self._notified_s[kind] < self._config.quiet_s
+            and kind not in ("end", "disk")
+        ):
             self._held_back[kind] += 1
             return
-        self._told_s[kind] = now_s
+        self._notified_s[kind] = now_s
         more = self._held_back.pop(kind, 0)
         said = sentence(text) + (f" ({more} more of this kind since the last one)" if more else "")
         try:

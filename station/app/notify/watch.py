@@ -52,7 +52,7 @@ class Watch:
         self._waiting_ns = now()
         self._lost_ns = 0
         """The receipt of the first frame without the mark, since it was seen last."""
-        self._mark_told = self._outage_told = self._over = False
+        self._mark_notified = self._outage_notified = self._over = False
 
     def attach(self, bus: Bus, machine: Watchable, *, on_failure: Callable[[str], None]) -> None:
         """Listens to the session; `on_failure` gets a sentence, within `tick`, when somebody could not be told."""
@@ -83,11 +83,11 @@ class Watch:
             self._on_failure(failure)
         machine = self._machine
         if machine is None or not machine.outage:
-            self._waiting_ns, self._outage_told = now_ns, False
+            self._waiting_ns, self._outage_notified = now_ns, False
             return
         waited_s = (now_ns - self._waiting_ns) * 1e-9
-        if waited_s > self._config.outage_s and not self._outage_told:
-            self._outage_told = True
+        if waited_s > self._config.outage_s and not self._outage_notified:
+            self._outage_notified = True
             self._tell("outage", f"{self._who}: the session has waited for {waited_s:.0f} s; {machine.outage}")
 
     def _on_event(self, received: Received) -> None:
@@ -103,12 +103,12 @@ class Watch:
         if not isinstance(corners, MarkerCorners):
             return
         if corners.found:
-            self._lost_ns, self._mark_told = 0, False
+            self._lost_ns, self._mark_notified = 0, False
             return
         self._lost_ns = self._lost_ns or received.receive_ns
         lost_s = (received.receive_ns - self._lost_ns) * 1e-9
-        if lost_s > self._config.mark_s and not self._mark_told:
-            self._mark_told = True
+        if lost_s > self._config.mark_s and not self._mark_notified:
+            self._mark_notified = True
             why = f" ({corners.reason})" if corners.reason else ""
             self._tell("mark", f"{self._who}: the camera has not seen the mark for {lost_s:.0f} s{why}")
 

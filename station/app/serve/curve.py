@@ -23,14 +23,14 @@ _PHI = np.linspace(0.0, 2.0 * math.pi, 73)
 
 
 class LiveCurve:
-    """Works it out on a thread of its own. `told` is the newest, for the page; `version` counts."""
+    """Works it out on a thread of its own. `state` is the newest, for the page; `version` counts."""
 
     def __init__(self, samples: Callable[[], Taken]) -> None:
         self._samples = samples
         self._closing = threading.Event()
         self._seen = (0, 0)
         self.version = 0
-        self.told: dict[str, Any] = {}
+        self.state: dict[str, Any] = {}
         self._thread = threading.Thread(target=self._run, name="curve", daemon=True)
         self._thread.start()
 
@@ -51,10 +51,10 @@ class LiveCurve:
 
     def _tell(self, session: int, samples: Sequence[Sample], geometry: CameraGeometry | None, *, fitted: bool) -> None:
         try:
-            told = friction_of(samples, geometry, fitted=fitted)
+            state = friction_of(samples, geometry, fitted=fitted)
         except Exception as error:  # whatever a message held: the page goes on without a curve, and says why
-            told = {"points": [], "curve": [], "frame": "object", "note": f"no curve: {error}"}
-        self.told = told | {"session": session}
+            state = {"points": [], "curve": [], "frame": "object", "note": f"no curve: {error}"}
+        self.state = state | {"session": session}
         self.version += 1
 
 

@@ -83,9 +83,9 @@ class Follower:
             status, began, lines = self._status, self._began, list(self._lines)
             ended = "station" not in alive and (status is not None or bool(self._samples))
             moment = self._watched.moment(ended=ended)
-        told = asdict(moment) | {"lines": lines, "total": moment.total if status else None}
+        shown = asdict(moment) | {"lines": lines, "total": moment.total if status else None}
         here = {"recording": status.recording if status else "", "running": "station" in alive, "ended": ended}
-        return told | here | {"session": began, "alive": sorted(alive)}
+        return shown | here | {"session": began, "alive": sorted(alive)}
 
     def samples(self) -> tuple[int, list[Sample], CameraGeometry | None]:
         """The number of the session, its samples so far, and the camera's geometry if it is known."""
@@ -93,7 +93,7 @@ class Follower:
             return self._began, list(self._samples), self._geometry
 
 
-def told(samples: Sequence[Sample]) -> list[dict[str, Any]]:
+def table_rows(samples: Sequence[Sample]) -> list[dict[str, Any]]:
     """Samples as the page's table shows them, in degrees."""
     return [
         {

@@ -78,7 +78,7 @@ class Program:
             self.process.kill()
             self.process.wait()
 
-    def told(self) -> dict[str, Any]:
+    def state(self) -> dict[str, Any]:
         """Its state for the page; `status` is None while it runs."""
         status = None if self.process is None else self.process.poll()
         done = status in (0, _FINDINGS)
@@ -114,9 +114,9 @@ class Jobs:
             self.newest = Program(words, recording=name, kind=kind)
             self.newest.begin()
 
-    def told(self) -> dict[str, Any] | None:
+    def state(self) -> dict[str, Any] | None:
         """The newest one, for the page."""
-        return None if self.newest is None else self.newest.told()
+        return None if self.newest is None else self.newest.state()
 
     def end(self) -> None:
         """Ends the one that runs."""

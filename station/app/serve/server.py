@@ -19,7 +19,7 @@ from shared.errors import UserError
 from shared.page.server import Handler, LoopbackServer
 from station.app.outputs import without_nan
 from station.app.serve.backend import Backend
-from station.app.serve.follower import told
+from station.app.serve.follower import table_rows
 from station.app.serve.shelf import DIAGNOSIS, REPORT
 
 _EVERY_S, _SILENT_S = 0.25, 5.0
@@ -80,14 +80,14 @@ class _Handler(Handler):
             if began != session or len(samples) > count:
                 fresh = samples if began != session else samples[count:]
                 session, count = began, len(samples)
-                yield "samples", {"session": session, "samples": told(fresh)}
+                yield "samples", {"session": session, "samples": table_rows(fresh)}
             state = without_nan(backend.state())
             if state != last or time.monotonic() - last_s > _SILENT_S:
                 last, last_s = state, time.monotonic()
                 yield "state", state
             if backend.curve.version != version:
                 version = backend.curve.version
-                yield "curve", backend.curve.told
+                yield "curve", backend.curve.state
             self._server.closing.wait(_EVERY_S)
 
     def act(self, name: str, asked: Mapping[str, Any]) -> None:

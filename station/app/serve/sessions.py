@@ -92,9 +92,9 @@ class Sessions:
         if not (isinstance(reply, ArmReply) and reply.accepted):
             raise UserError(f"The arm agent did not answer within {_STOP_S:g} s: press the red button")
 
-    def told(self) -> dict[str, Any] | None:
+    def state(self) -> dict[str, Any] | None:
         """The session that this page has started, with its last lines; None if there is none."""
-        return None if self._program is None else self._program.told()
+        return None if self._program is None else self._program.state()
 
     def end(self) -> None:
         """Ends the session that this page has started: the plate comes back to level first."""

@@ -25,7 +25,7 @@ class Viewers:
         self._lock = threading.Lock()
         self._asked = 0
         self._processes: list[subprocess.Popen[bytes]] = []
-        self.told: dict[str, Any] | None = None
+        self.state: dict[str, Any] | None = None
         """The state for the page: `of` (a recording's name, or nothing for the session), `url` or `fault`."""
 
     def show(self, name: str, recording: Path | None) -> None:
@@ -37,7 +37,7 @@ class Viewers:
         viewer.binary()
         with self._lock:
             self._close()
-            self.told = {"of": name, "url": "", "fault": ""}
+            self.state = {"of": name, "url": "", "fault": ""}
             threading.Thread(target=self._open, args=(self._asked, name, recording), name="viewer", daemon=True).start()
 
     def _open(self, asked: int, name: str, recording: Path | None) -> None:
@@ -53,7 +53,7 @@ class Viewers:
             if asked != self._asked:
                 return
             self._processes = mine
-            self.told = {"of": name, "url": url, "fault": fault}
+            self.state = {"of": name, "url": url, "fault": fault}
 
     def _live(self, mine: list[subprocess.Popen[bytes]]) -> str:
         port = viewer.free_port()
@@ -72,7 +72,7 @@ class Viewers:
     def _close(self) -> None:
         self._asked += 1
         _end(self._processes)
-        self._processes, self.told = [], None
+        self._processes, self.state = [], None
 
 
 def _recorded(recording: Path, mine: list[subprocess.Popen[bytes]]) -> str:

@@ -127,7 +127,7 @@ def _yes(value: bool | None) -> str:
 
 def as_json(rows: Sequence[Row], verdicts: Sequence[Verdict]) -> Mapping[str, Any]:
     """The two tables with all digits; what is not a number is null."""
-    told = {
+    tables = {
         "rows": [
             asdict(row)
             | {"difference": row.difference, "in_standard_errors": row.in_standard_errors}
@@ -140,4 +140,4 @@ def as_json(rows: Sequence[Row], verdicts: Sequence[Verdict]) -> Mapping[str, An
             for one in verdicts
         ],
     }
-    return without_nan(told)
+    return without_nan(tables)

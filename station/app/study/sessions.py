@@ -17,7 +17,7 @@ from shared.clock import SIMULATION_EPOCH_NS
 from shared.errors import UserError
 from station.app import recordings
 from station.app.lockstep import Lockstep
-from station.app.progress import Told, looked_at
+from station.app.progress import ProgressLines, looked_at
 from station.app.study.design import Part, place_of, plan_of
 from station.app.study.essentials import LEFT_OUT, Essentials
 from station.app.study.rigs import rig_of
@@ -57,14 +57,14 @@ def simulate_all(parts: Sequence[Part], *, jobs: int, console: Console) -> int:
     for part in todo:
         _counter(part).unlink(missing_ok=True)
     total = sum(part.samples for part in todo)
-    told = Told(console, total=total)
+    lines = ProgressLines(console, total=total)
     with bar(console) as progress:
         shown = progress.add_task(f"samples, {len(todo)} sessions to do", total=total)
 
         def look() -> None:
             done = sum(map(_finished, todo))
             progress.update(shown, completed=done)
-            told.at(done)
+            lines.at(done)
 
         try:
             with looked_at(look, every_s=LOOK_S), spread(simulate, todo, jobs=jobs, in_order=False) as whole_ones:

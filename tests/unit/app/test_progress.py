@@ -8,24 +8,24 @@ import time
 
 from rich.console import Console
 
-from station.app.progress import EVERY_S, Told, looked_at, stages
+from station.app.progress import EVERY_S, ProgressLines, looked_at, stages
 
 
 def test_without_a_terminal_a_line_now_and_then_says_how_long_it_takes() -> None:
     now = [0.0]
     out = io.StringIO()
-    told = Told(Console(file=out, width=60), total=100, seconds=lambda: now[0])
-    told.at(10)
+    lines = ProgressLines(Console(file=out, width=60), total=100, seconds=lambda: now[0])
+    lines.at(10)
     assert out.getvalue() == ""
     now[0] = 2 * EVERY_S
-    told.at(25)
-    told.at(26)
+    lines.at(25)
+    lines.at(26)
     assert out.getvalue() == "25 of 100 samples in 20 s, about 60 s left\n"
     now[0] = 240.0
-    told.at(50)
+    lines.at(50)
     assert out.getvalue().endswith("50 of 100 samples in 4 min, about 4 min left\n")
     drawn = io.StringIO()
-    shown = Told(Console(file=drawn, force_terminal=True), total=100, seconds=lambda: now[0])
+    shown = ProgressLines(Console(file=drawn, force_terminal=True), total=100, seconds=lambda: now[0])
     now[0] = 10 * EVERY_S
     shown.at(50)
     assert drawn.getvalue() == ""

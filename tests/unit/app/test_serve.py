@@ -410,4 +410,4 @@ def test_samples_that_make_no_sense_end_neither_the_page_nor_its_curve(backend: 
     while backend.curve.version < 2 and time.monotonic() < end:
         time.sleep(0.05)
     assert backend.curve.version >= 2
-    assert backend.curve.told["note"]
+    assert backend.curve.state["note"]
