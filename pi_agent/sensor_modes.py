@@ -102,17 +102,19 @@ def choose_mode(modes: Sequence[Mode], *, size_px: tuple[int, int], rate_hz: flo
     return max(modes, key=merit)
 
 
-def row_time_ns(model: str, mode: Mode, crop: Rectangle, *, picture_rows: int, told_us: float = 0.0) -> float | None:
+def row_time_ns(
+    model: str, mode: Mode, crop: Rectangle, *, picture_rows: int, configured_us: float = 0.0
+) -> float | None:
     """The time from one row of the picture to the next; 0 for a global shutter, None when nobody knows.
 
-    `told_us`: the time of one row of the mode if the user knows it.
+    `configured_us`: the time of one row of the mode if the user knows it.
     """
     sensor = _sensor(model)
     if sensor and sensor.shutter == "global":
         return 0.0
     rows_per_picture_row = mode.rows_of(crop)[1] / picture_rows
-    if told_us > 0:
-        return 1e3 * told_us * rows_per_picture_row
+    if configured_us > 0:
+        return 1e3 * configured_us * rows_per_picture_row
     if sensor is None:
         return None
     blanking = next(rows for height, rows in sensor.least_blanking if mode.size[1] <= height)

@@ -17,7 +17,7 @@ class Trouble:
 
     def __init__(self, journal: Journal) -> None:
         self._journal = journal
-        self._told = set[str]()
+        self._reported = set[str]()
         self._clear_since_ns: int | None = None
 
     def see(self, fault: str, *, capture_ns: int, assumed: bool) -> None:
@@ -25,19 +25,19 @@ class Trouble:
         if fault:
             self._clear_since_ns = None
             self._tell(fault)
-        elif self._told:
+        elif self._reported:
             self._clear(capture_ns, assumed=assumed)
 
     def _tell(self, fault: str) -> None:
         kind = re.sub(r"\d+(\.\d+)?", "#", fault)  # the sizes in a reason change with every frame
-        if kind not in self._told:
-            self._told.add(kind)
+        if kind not in self._reported:
+            self._reported.add(kind)
             self._journal.error(fault)
 
     def _clear(self, capture_ns: int, *, assumed: bool) -> None:
         if self._clear_since_ns is None:
             self._clear_since_ns = capture_ns
         elif capture_ns - self._clear_since_ns >= PATIENCE_NS:
-            self._told.clear()
+            self._reported.clear()
             self._clear_since_ns = None
             self._journal.info(f"The marker is found again{' (which quarter turn it is is assumed)' * assumed}")

@@ -117,8 +117,8 @@ def _solve(values: Floats, times: Floats, usable: NDArray[np.bool_]) -> tuple[Fl
     The scale of light is free. It is fixed by the mean of g over all samples, because fixing it at one knot would let
     the others shrink to nothing.
     """
-    told = usable.any(axis=1)
-    values, usable = values[told], usable[told]
+    has_usable = usable.any(axis=1)
+    values, usable = values[has_usable], usable[has_usable]
     place, shot = np.nonzero(usable)
     position = values[place, shot] / 255.0 * (KNOTS - 1)
     below = np.minimum(position.astype(int), KNOTS - 2)

@@ -195,8 +195,8 @@ class PiCamera:
         self._period_ns = 1e3 * float(metadata["FrameDuration"])
         left, top, width, height = metadata.get("ScalerCrop") or mode.crop_limits
         crop: Rectangle = (left, top, width, height)
-        told_us = self._options.row_time_us
-        line_ns = row_time_ns(model, mode, crop, picture_rows=config.height_px, told_us=told_us)
+        configured_us = self._options.row_time_us
+        line_ns = row_time_ns(model, mode, crop, picture_rows=config.height_px, configured_us=configured_us)
         rows_above, rows_inside = mode.rows_of(crop)
         mode_line_ns = (line_ns or 0.0) * config.height_px / rows_inside
         # SensorTimestamp is the start of the readout of the mode's first row, when that row's exposure ends.

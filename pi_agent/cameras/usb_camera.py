@@ -217,8 +217,10 @@ def _stamp_ns(source: cv2.VideoCapture, now_ns: int) -> int:
 
 def _read_back(source: cv2.VideoCapture, *, exposure_ms: float, gain: float) -> tuple[float, float]:
     """Exposure (ms) and gain as the driver tells them, or as they were asked for where it does not."""
-    told, told_gain = source.get(cv2.CAP_PROP_EXPOSURE), source.get(cv2.CAP_PROP_GAIN)
-    return (1e3 * EXPOSURE_UNIT_S * told if told > 0 else exposure_ms), (told_gain if told_gain > 0 else gain)
+    reported, reported_gain = source.get(cv2.CAP_PROP_EXPOSURE), source.get(cv2.CAP_PROP_GAIN)
+    return (1e3 * EXPOSURE_UNIT_S * reported if reported > 0 else exposure_ms), (
+        reported_gain if reported_gain > 0 else gain
+    )
 
 
 def build(context: CameraContext) -> UsbCamera:

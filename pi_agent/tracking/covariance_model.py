@@ -190,8 +190,8 @@ def out_of_shadow(
     rest = pull - lines.along(pulled, count=pull.shape[1])
     scatter = np.add.reduce(line.weight * rest * rest, axis=1)
     total = line.moments[:, 0]
-    told = offset * offset * total + rise * rise * line.moments[:, 2]
-    shaded = told * total > SHADED * scatter
+    explained = offset * offset * total + rise * rise * line.moments[:, 2]
+    shaded = explained * total > SHADED * scatter
     shaded &= total > WHOLE * pull.shape[1]
     if not shaded.any():
         return None, lines.intersect(expected, offset, rise) - expected.start, line

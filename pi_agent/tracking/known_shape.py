@@ -30,7 +30,7 @@ LEAST_NEW = 0.3  # smallest share of an edge's variance that is not its texture'
 POSE = 0.5  # share of the edges' variances that moves the mark: light and blur move opposite edges apart
 SAMPLING_PX = 0.01  # error with which a mark is seen again at its place
 FARTHEST_PX = 80.0  # distance beyond which a place says nothing of the shape at another
-MOST_DOUBTED = 10  # frames in a row that disagree with the shape, after which the mark has another
+MOST_DISAGREEMENTS = 10  # frames in a row that disagree with the shape, after which the mark has another
 CHANGED = 2.0  # smallest change that counts at once, in variances of what is known and what is seen
 SHAPES = 5.0  # numbers, of the eight of four lines, that are the shape
 FREE = SHAPES / 8.0
@@ -63,14 +63,14 @@ class _Match(NamedTuple):
 class _Here(NamedTuple):
     """The facts of the present place: unsheared corners of `frames` frames, their variance, that by noise alone.
 
-    `doubt`: what that is times where the known shape disagrees.
+    `variance_factor`: by how much the variance is larger where the known shape disagrees.
     """
 
     corners: Four
     variance_px2: float
     noise_px2: float
     frames: int
-    doubt: float
+    variance_factor: float
 
 
 class KnownShape:
@@ -82,8 +82,8 @@ class KnownShape:
         self._variance_px2 = 0.0
         self._lens2, self._ways = LENS * LENS, 1.0
         self._here: _Here | None = None
-        self._doubt = 1.0
-        self._doubted = 0
+        self._variance_factor = 1.0
+        self._disagreements = 0
 
     def recall(
         self, corners: Points, variance: EdgeVariance, *, sigma_px: float, way: Way, slack_px: float
@@ -119,15 +119,15 @@ class KnownShape:
         """
         seen = unsheared(corners, way=way, line_s=self._line_s)
         self._leave(seen)
-        shape, self._doubt = self._shape, 1.0
+        shape, self._variance_factor = self._shape, 1.0
         way_px = 0.0 if shape is None else _way_px(shape, seen)
         if shape is None or way_px > FARTHEST_PX:
             return None
         free = self._variance_px2 + self._lens2 * way_px * way_px + slack_px * slack_px
         match = _match(shape, seen, variance, free_px2=free)
         if match.odds > AGREES:
-            self._doubt = match.odds / SHAPES
-            return Settled(corners, sqrt(self._doubt), sqrt(self._doubt), agrees=False)
+            self._variance_factor = match.odds / SHAPES
+            return Settled(corners, sqrt(self._variance_factor), sqrt(self._variance_factor), agrees=False)
         return Settled(corners + np.array(_corner_moves(match.edges, match.moves)), *_shares(variance, match.towards))
 
     def learn(self, corners: Points, *, sigma_px: float, noise_px: float, way: Way) -> None:
@@ -137,12 +137,12 @@ class KnownShape:
         """
         seen = unsheared(corners, way=way, line_s=self._line_s)
         self._leave(seen)
-        self._doubted = self._doubted + 1 if self._doubt > 1.0 else 0
-        if self._doubted > MOST_DOUBTED:
+        self._disagreements = self._disagreements + 1 if self._variance_factor > 1.0 else 0
+        if self._disagreements > MOST_DISAGREEMENTS:
             self._shape = None
         here = self._here
         if here is None:
-            self._here = _Here(seen, sigma_px * sigma_px, noise_px * noise_px, 1, self._doubt)
+            self._here = _Here(seen, sigma_px * sigma_px, noise_px * noise_px, 1, self._variance_factor)
             return
         frames = here.frames + 1
         laid = _onto(here.corners, seen)
@@ -170,7 +170,7 @@ class KnownShape:
         at_once = change * way2 > CHANGED * (noise + self._variance_px2)
         self._lens2 += (change - self._lens2) / (1.0 if at_once else self._ways)
         self._lens2 = max(self._lens2, LEAST_LENS**2)
-        share = expected / (expected + here.doubt * noise)
+        share = expected / (expected + here.variance_factor * noise)
         self._shape = [old + share * (new - old) for old, new in zip(laid, seen, strict=True)]
         self._variance_px2 = (1.0 - share) * expected
 

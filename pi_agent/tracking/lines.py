@@ -211,14 +211,16 @@ def at_corners_and_edges(
     A corner moves with the ends of the two lines that meet there, each across itself. `variance` (4,): of each edge's
     points, px²; `everywhere`: what is added to the variance of every corner, px².
     """
-    ends, told = [], []
+    ends, of_edges = [], []
     parts = (fit.moments, 0.5 * edges.length / edges.free, variance)
     for (s0, s1, s2), half, each in zip(*(part.tolist() for part in parts), strict=True):
         mean = s1 / s0
         middle, spread = each / s0, each / (s2 - s1 * mean)
         ends.append((middle + (half + mean) ** 2 * spread, middle + (half - mean) ** 2 * spread))
-        told.append((middle + mean * mean * spread + 0.5 * everywhere, 4.0 * half * half * spread + 2.0 * everywhere))
-    return [0.5 * (ends[edge][0] + ends[edge - 1][1]) + everywhere for edge in range(4)], told
+        of_edges.append(
+            (middle + mean * mean * spread + 0.5 * everywhere, 4.0 * half * half * spread + 2.0 * everywhere)
+        )
+    return [0.5 * (ends[edge][0] + ends[edge - 1][1]) + everywhere for edge in range(4)], of_edges
 
 
 def point_variance(fit: LineFit) -> Floats:

@@ -185,8 +185,8 @@ def one_pass(
     moved = max((np.abs(refined - look.corners) / look.width).tolist())
     largest = max(np.abs(change).tolist())
     uneven = unevenness > profile_weights.UNEVEN
-    told = wider, uneven, telling, broken, profiles
-    return Step(refined, blur, typical, moved, largest, found, weight, pull, line, *told)
+    rest = wider, uneven, telling, broken, profiles
+    return Step(refined, blur, typical, moved, largest, found, weight, pull, line, *rest)
 
 
 def within(values: Floats, low: float, high: float) -> Floats:
@@ -203,13 +203,13 @@ def blur_change(
     alone. Their share is the third answer.
     """
     total, weight, sharp, share = line.moments[:, 0], line.weight, look.sharp, 1.0
-    told = total
+    clear = total
     if found.glowing is not None:
         weight = weight * ~found.glowing
-        told = np.add.reduce(weight, axis=1)
-        sharp = sharp * told
-        share = float(told.sum() / total.sum())
-    wider = np.add.reduce(weight * found.blur_change, axis=1) / np.maximum(told, 1.0)
+        clear = np.add.reduce(weight, axis=1)
+        sharp = sharp * clear
+        share = float(clear.sum() / total.sum())
+    wider = np.add.reduce(weight * found.blur_change, axis=1) / np.maximum(clear, 1.0)
     # Further away the blur cannot be told, and there will be another pass.
     far = np.add.reduce(line.weight * np.abs(found.offset), axis=1) < (FAR * look.width) * total
     change = wider * far

@@ -11,8 +11,8 @@ LIMIT_MISFIT = 0.16  # a profile that departs from a step by more than this shar
 LIT = 0.2, 5.0  # contrasts, in shares of the typical one, that light and shadow make of an edge
 SHADED = 0.08  # change of the contrast from one profile to the next but one that is no shadow's edge
 CROSSED, CROSSING = 4, 0.05  # a shadow's edge lies where so many profiles and the next differ by this share of contrast
-SLOPE_DOUBT = 0.1  # share of an edge's shift by a highlight's slope that is left when a straight slope is allowed for
-SLOPE_DOUBT_ON_TEXTURE = 1.0  # the same beside texture
+SLOPE_PULL = 0.1  # share of an edge's shift by a highlight's slope that is left when a straight slope is allowed for
+SLOPE_PULL_ON_TEXTURE = 1.0  # the same beside texture
 BENT_GLOW, BENT_GLOW_ON_TEXTURE = 0.02, 0.08  # misfit, in contrasts, of an edge in a straight slope under a highlight
 GLOW = 0.05  # light on the dark side beside texture, in contrasts, that is no highlight yet
 GLOW_BESIDE_MARGIN = 0.15  # the same beside an even margin, where the scatter tells of a slope in the light
@@ -57,10 +57,10 @@ def level(
     weight[glowing & (bent | astray)] = 0.0
     answer = found.sloped[:, :, 1] / np.maximum(contrast, 0.5)
     offset = sloped.table.place(answer) * blur[:, None]
-    doubt = (SLOPE_DOUBT if even else SLOPE_DOUBT_ON_TEXTURE) * (offset - found.offset)
+    pull = (SLOPE_PULL if even else SLOPE_PULL_ON_TEXTURE) * (offset - found.offset)
     return found._replace(
         offset=np.where(glowing, offset, found.offset),
-        pull=np.where(glowing, doubt, found.pull),
+        pull=np.where(glowing, pull, found.pull),
         glowing=glowing,
     )
 

@@ -28,7 +28,7 @@ SEARCHED = 14  # number of profiles that a search reads on each edge
 SETTLED = 0.5, 0.05  # corrections of place and of blur, in shares of the blur, that need no further pass
 SETTLED_BESIDE_MARGIN = 1.2, 0.05  # the same where the estimator leans on neither side
 FOUND = 0.04, 0.001  # the same while the blur is being found, or is not the lens's alone
-BLUR_TOLD = 0.0055  # relative error of a blur that all profiles show; few lie together, so it grows as 1 / their share
+BLUR_ERROR = 0.0055  # relative error of a blur that all profiles show; it grows as 1 / the share of those that do
 LEAST_TELLING = 0.01  # share of the profiles below which none shows the blur
 DARK_BEYOND = 0.1, 1.5  # smaller rises from an edge's dark outwards, in contrasts and shares of the dark, are none
 BLUR_ALIKE = 0.12  # edges whose blurs differ by less have one in common: the lens's
@@ -133,9 +133,9 @@ def refine(
         if not known and float(blur.max()) < (1.0 + BLUR_ALIKE) * float(blur.min()):
             blur, known, settled = np.full(4, blur.mean()), True, False
         if settled or left == 0:
-            doubt_px = np.minimum(look.blur - blur_px, 0.0) if blur_known else _blur_error_px(step, look)
+            blur_error_px = np.minimum(look.blur - blur_px, 0.0) if blur_known else _blur_error_px(step, look)
             path_px = 0.0 if motion_blur is None else abs(motion_blur.path_px)
-            fit = _fit(step, look, even=task.even, path_px=path_px, blur_doubt_px=doubt_px, blur_known=blur_known)
+            fit = _fit(step, look, even=task.even, path_px=path_px, blur_error_px=blur_error_px, blur_known=blur_known)
             fit = fit._replace(astray=True) if step.moved > still[0] else fit
             # An edge that is further away seems to lie in uneven light although it does not.
             if left == 0 or not fit.pulled or step.moved < SETTLED[0]:
@@ -166,14 +166,14 @@ def _whole(step: Step, agreeing: NDArray[np.intp]) -> float:
 
 def _blur_error_px(step: Step, look: Look) -> Floats:
     """Error (4,) of a blur that was found in this frame alone, beyond that of one which a whole outline tells."""
-    return (BLUR_TOLD * (1.0 / max(step.telling, LEAST_TELLING) - 1.0)) * look.blur
+    return (BLUR_ERROR * (1.0 / max(step.telling, LEAST_TELLING) - 1.0)) * look.blur
 
 
-def _fit(step: Step, look: Look, *, even: bool, path_px: float, blur_doubt_px: Floats, blur_known: bool) -> Fit:
+def _fit(step: Step, look: Look, *, even: bool, path_px: float, blur_error_px: Floats, blur_known: bool) -> Fit:
     """The fit of the last pass with its errors and what speaks against it.
 
-    `blur_doubt_px`: (4,) how much sharper (below 0) the edges seem than the lens was, for uneven light can do that; or
-    how wrong the blur may be that the few profiles told on which no highlight lies.
+    `blur_error_px`: (4,) how much sharper (below 0) the edges seem than the lens was, for uneven light can do that; or
+    how wrong the blur may be that the few profiles show on which no highlight lies.
     """
     found, line, expected, contrast = step.found, step.line, look.expected, step.contrast
     moves: Points | None = None
@@ -184,7 +184,7 @@ def _fit(step: Step, look: Look, *, even: bool, path_px: float, blur_doubt_px: F
         )
         sigma = covariance_model.margin_sigma(pull, scatter, contrast=contrast, path_px=path_px, uneven=step.uneven)
     else:
-        off_px = step.wider * look.blur * look.sharp + blur_doubt_px
+        off_px = step.wider * look.blur * look.sharp + blur_error_px
         sigma = covariance_model.texture_sigma(
             step.pull,
             line,

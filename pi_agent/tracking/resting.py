@@ -57,9 +57,9 @@ class RestingShape:
         turn = complex(np.vdot(seen, arms))
         turn /= max(abs(turn), 1e-9)
         way_px = abs(centre - own) + abs(turn - 1.0) * max(np.abs(arms).tolist())
-        told = None if way_px > FARTHEST_PX else (arms, seen * turn, way_px)
-        self._compared = (corners, way), told
-        return told
+        compared = None if way_px > FARTHEST_PX else (arms, seen * turn, way_px)
+        self._compared = (corners, way), compared
+        return compared
 
     def limit_px(self, *, way_px: float, noise_px: float, sigma_px: float, slack_px: float) -> float:
         """The largest departure that pixel noise and sampling explain, and further away grain and lens.

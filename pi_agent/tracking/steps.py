@@ -247,9 +247,9 @@ def _table(seen: Floats, solve: Floats, reach: Floats) -> Table:
     flat = np.gradient(answers, reach) < LEAST_GAIN
     left = int(np.flatnonzero(flat & (reach < 0)).max(initial=0))
     right = int(np.flatnonzero(flat & (reach > 0)).min(initial=len(reach) - 1))
-    told = np.clip(np.arange(len(reach)), left, right)
+    kept = np.clip(np.arange(len(reach)), left, right)
     rising = 1e-9 * np.arange(len(reach))  # a table of steps that are not told apart must rise all the same
-    return Table(answers[told] + rising, reach[told])
+    return Table(answers[kept] + rising, reach[kept])
 
 
 def _widening(steps: Floats, contrast: Floats, blur: Floats, motion_blur: float) -> float:

@@ -68,7 +68,7 @@ class Tracker:
                 fit, verdict = self._acquisition.without_notch(self._named(fit, time_s), verdict)
             if fit is not None:
                 fit, verdict = self._with_motion_blur(fit, verdict, time_s)
-        elif fit is not None and self._doubtful(time_s):
+        elif fit is not None and self._identity_unsure(time_s):
             fit = self._named(fit, time_s)
         if fit is not None and not verdict.reason:
             verdict = self._memory.compared(fit, self._motion.way_to(fit.corners, time_s))
@@ -117,7 +117,7 @@ class Tracker:
         fit = self._fitted(corners, self._motion.expected_way(time_s), time_s)
         if fit is None:
             return None, NO_MARK
-        return self._with_motion_blur(fit, self._judged(fit, time_s), time_s)
+        return self._with_motion_blur(fit, self._verdict(fit, time_s), time_s)
 
     def _with_motion_blur(self, fit: Fit, verdict: validation_gate.Verdict, time_s: float) -> Attempt:
         """The fit and its verdict, or new ones when the mark has another speed than was reckoned with."""
@@ -126,9 +126,9 @@ class Tracker:
         if abs(path_px - fit.path_px) < OTHER_PATH_PX or path_px > MOST_PATH_PX:
             return fit, verdict
         again = self._fitted(fit.corners, way, time_s)
-        return (None, NO_MARK) if again is None else (again, self._judged(again, time_s))
+        return (None, NO_MARK) if again is None else (again, self._verdict(again, time_s))
 
-    def _judged(self, fit: Fit, time_s: float) -> validation_gate.Verdict:
+    def _verdict(self, fit: Fit, time_s: float) -> validation_gate.Verdict:
         way = self._motion.way_to(fit.corners, time_s)
         return validation_gate.verdict_on(fit, config=self.config, shape=self._memory.shape, way=way)
 
@@ -162,7 +162,7 @@ class Tracker:
     def _motion_blur_px(self, path_px: float) -> float:
         return path_px if path_px >= STILL_PX[self._task.even] else 0.0
 
-    def _doubtful(self, time_s: float) -> bool:
+    def _identity_unsure(self, time_s: float) -> bool:
         """True if continuity alone does not tell which corner is which: after a gap, or before the mark was read."""
         unread = self.config.mark.feature != "none" and self._identity != "marked"
         return unread or time_s - self._motion.time_s > SURE_S

@@ -55,11 +55,11 @@ class Watch:
         for reading in readings:
             if reading.absent:
                 continue
-            notes.extend(self._judge_jump(reading, now_ns))
+            notes.extend(self._jump_notes(reading, now_ns))
             self._last = reading
         return notes
 
-    def _judge_jump(self, reading: Reading, now_ns: int) -> list[Note]:
+    def _jump_notes(self, reading: Reading, now_ns: int) -> list[Note]:
         if self._last is None or self._silent_ns == 0:
             return []
         seconds = max(0.0, (reading.stamp_ns - self._last.stamp_ns) * 1e-9)

@@ -54,8 +54,10 @@ def simulated_again(
     if simulation.name == "mujoco":
         progress("checking what MuJoCo's own settings do")
         found = numerics(recorded, rig=rig, mu_s=answer.mu_s.value, baseline=own_setup(rig) or BASELINE)
-    told = _rerun(answer, recorded, parts_of_plain(examined.found), rig=rig, simulation=simulation, progress=progress)
-    return replace(told, simulator=simulation.name, numerics=tuple(found))
+    diagnosis = _rerun(
+        answer, recorded, parts_of_plain(examined.found), rig=rig, simulation=simulation, progress=progress
+    )
+    return replace(diagnosis, simulator=simulation.name, numerics=tuple(found))
 
 
 def _against_the_users(
@@ -82,16 +84,16 @@ def _against_the_users(
     def again(friction: float) -> Signals:
         return simulation.engine.repeat(recorded, Model(mu_s=friction), rig=rig)
 
-    told_of = not (isinstance(simulation.engine, OwnFriction) and simulation.engine.why_untold)
+    takes_found = not (isinstance(simulation.engine, OwnFriction) and simulation.engine.why_not_rerun)
     given = against_given(
-        examined, simulated, known, setting=setting, name=simulation.name, again=again if told_of else None, seed=seed,
-        progress=progress,
+        examined, simulated, known, setting=setting, name=simulation.name, again=again if takes_found else None,
+        seed=seed, progress=progress,
     )  # fmt: skip
-    told = _rerun(given.diagnosis, recorded, given.parts, rig=rig, simulation=simulation, progress=progress)
-    for more in (artefacts(simulated, mu_s=given.mu_s), told.numerics):  # the others show it less plainly
+    diagnosis = _rerun(given.diagnosis, recorded, given.parts, rig=rig, simulation=simulation, progress=progress)
+    for more in (artefacts(simulated, mu_s=given.mu_s), diagnosis.numerics):  # the others show it less plainly
         known_of = {one["id"] for one in found}
         found += [dict(one) for one in more if one["id"] not in known_of]
-    return replace(told, numerics=tuple(found))
+    return replace(diagnosis, numerics=tuple(found))
 
 
 def _rerun(

@@ -54,7 +54,7 @@ class Beside:
     """One effect, or the level of friction (`effect` None), in the recording and in the simulation.
 
     `gain` is in twice the log likelihood, `twice_log_odds` are those that the numbers differ; `side` says who has it.
-    `told` is what is said of the numbers: a smooth term's coefficients say little, the change that they make does.
+    `reported` is what is said of the numbers: a smooth term's coefficients say little, the change that they make does.
     """
 
     effect: Effect | None
@@ -62,7 +62,7 @@ class Beside:
     numbers: tuple[Differs, ...]
     gain: float
     twice_log_odds: float
-    told: tuple[Differs, ...]
+    reported: tuple[Differs, ...]
 
     @property
     def probability(self) -> float:
@@ -89,7 +89,7 @@ class Against:
     def differs(self) -> tuple[Differs, ...]:
         """The numbers that both have and set differently, the level's first."""
         both = (one for one in (self.level, *self.effects) if one.side == "both" and one.twice_log_odds > 0)
-        return tuple(number for one in both for number in one.told)
+        return tuple(number for one in both for number in one.reported)
 
 
 def as_noisy_as(recorded: Found, simulated: Evidence) -> Evidence:
@@ -172,7 +172,7 @@ def _level(recorded: Found, simulated: Found, fits: Sequence[Fit]) -> Beside:
     number = Differs(name="mu_s", recording=each[0], simulation=each[1])
     gain = _gain((number,), sum((np.array([[value.sd**2]]) for value in each), np.zeros((1, 1))))
     odds = gain - _price(recorded, 1)
-    return Beside(effect=None, side="both", numbers=(number,), gain=gain, twice_log_odds=odds, told=(number,))
+    return Beside(effect=None, side="both", numbers=(number,), gain=gain, twice_log_odds=odds, reported=(number,))
 
 
 def _level_of(found: Found, fitted: Fit) -> Value:
@@ -200,8 +200,8 @@ def _beside(effect: Effect, recorded: Found, simulated: Found, fits: Sequence[Fi
     gain = _gain(numbers, parts[0] + parts[1])
     odds = gain - _price(recorded, len(numbers))
     side: Side = "both" if all(has) or odds <= 0 else "recording" if has[0] else "simulation"
-    told = _changes(recorded.evidence, fits, terms) or numbers
-    return Beside(effect=effect, side=side, numbers=numbers, gain=gain, twice_log_odds=odds, told=told)
+    reported = _changes(recorded.evidence, fits, terms) or numbers
+    return Beside(effect=effect, side=side, numbers=numbers, gain=gain, twice_log_odds=odds, reported=reported)
 
 
 def _changes(evidence: Evidence, fits: Sequence[Fit], terms: Sequence[Term]) -> tuple[Differs, ...]:

@@ -21,7 +21,7 @@ from station.diagnosis.search.locate import located, summary_of
 from station.diagnosis.search.posterior import Posteriors, called
 from station.diagnosis.search.search import Search
 from station.diagnosis.search.toppled import Toppled, shows_toppling, toppled
-from station.diagnosis.search.unnamed import change, depends_on, told_of_smooth
+from station.diagnosis.search.unnamed import change, depends_on, smooth_in_words
 from station.physics.catalogue import Catalogue
 from station.physics.model import Model, Term, table_of_model
 from station.physics.smooth import is_smooth
@@ -51,7 +51,7 @@ def _slid(evidence: Evidence) -> int:
 
 
 @dataclass(frozen=True, eq=False)
-class Judged:
+class Assessment:
     """A search's posteriors, the gain of each name in unseen runs, and the model of these names with its quality."""
 
     posteriors: Posteriors
@@ -63,16 +63,16 @@ class Judged:
 def answered(
     evidence: Evidence,
     found: Search,
-    judged: Judged,
+    assessment: Assessment,
     catalogue: Catalogue,
     *,
     name: str,
     rng: np.random.Generator,
 ) -> Diagnosis:
     """The answer, with the runs in which the block toppled looked at beside the channels."""
-    posteriors, quality = judged.posteriors, judged.quality
+    posteriors, quality = assessment.posteriors, assessment.quality
     claimed = bool(found.found or found.places)
-    effects = _effects(evidence, found, judged)
+    effects = _effects(evidence, found, assessment)
     prior = thresholds.SINGLE / max(len(catalogue), 1)
     tips = toppled(evidence, tuple(catalogue.values()), prior=prior / (prior + thresholds.NONE), rng=rng)
     untestable = {name: why for name, why in found.untestable.items() if not shows_toppling(evidence, catalogue[name])}
@@ -104,7 +104,7 @@ def answered(
             Candidates(
                 stage=number,
                 ids=candidate.ids,
-                told=" + ".join(candidate.key),
+                label=" + ".join(candidate.key),
                 twice_gain=float(candidate.twice_gain),
                 parameters=sum(len(effect.parameters) for effect in candidate.effects),
                 bic=float(candidate.bic),
@@ -117,7 +117,7 @@ def answered(
         untestable=untestable,
         numerics=(),
         notes=evidence.notes,
-        model=table_of_model(_with_mass(as_simulated(evidence, judged.model), catalogue, tips)),
+        model=table_of_model(_with_mass(as_simulated(evidence, assessment.model), catalogue, tips)),
     )
 
 
@@ -127,12 +127,12 @@ def _with_mass(model: Model, catalogue: Catalogue, tips: Toppled | None) -> Mode
     return model
 
 
-def _effects(evidence: Evidence, found: Search, judged: Judged) -> tuple[EffectFound, ...]:
+def _effects(evidence: Evidence, found: Search, assessment: Assessment) -> tuple[EffectFound, ...]:
     """The names that were found, also those that unseen runs do not confirm, and the places; by probability."""
-    kept = {term.effect.id: (judged.model, term) for term in without_nuisances(judged.model.model).terms}
+    kept = {term.effect.id: (assessment.model, term) for term in without_nuisances(assessment.model.model).terms}
     every = {term.effect.id: (found.model, term) for term in without_nuisances(found.model.model).terms} | kept
-    listed = [_effect(evidence, found, fitted, term, judged) for fitted, term in every.values()]
-    for candidate, believed in zip(found.places, judged.posteriors.places, strict=True):
+    listed = [_effect(evidence, found, fitted, term, assessment) for fitted, term in every.values()]
+    for candidate, believed in zip(found.places, assessment.posteriors.places, strict=True):
         place = candidate.place
         where = "" if place is None else f": {summary_of(found.model, place)}"
         listed.append(
@@ -148,14 +148,14 @@ def _effects(evidence: Evidence, found: Search, judged: Judged) -> tuple[EffectF
     return tuple(sorted(listed, key=lambda effect: -effect.probability))
 
 
-def _effect(evidence: Evidence, found: Search, fitted: Fit, term: Term, judged: Judged) -> EffectFound:
-    effect, posteriors, own = term.effect, judged.posteriors, judged.own[term.effect.id]
+def _effect(evidence: Evidence, found: Search, fitted: Fit, term: Term, assessment: Assessment) -> EffectFound:
+    effect, posteriors, own = term.effect, assessment.posteriors, assessment.own[term.effect.id]
     near = posteriors.classes[effect.id]
     verdict: Verdict = "indistinguishable" if len(near) > 1 else "supported"
     changed = change(evidence, fitted, term)
     return EffectFound(
         id=called(effect.id),
-        title=effect.title if not is_smooth(effect) else told_of_smooth(evidence, fitted.model, term),
+        title=effect.title if not is_smooth(effect) else smooth_in_words(evidence, fitted.model, term),
         class_ids=near,
         probability=posteriors.effects[effect.id],
         verdict=verdict if own.real and posteriors.effects[effect.id] > thresholds.EVEN else "not supported",

@@ -14,7 +14,7 @@ import numpy as np
 
 from shared.messages import Sample
 from station.diagnosis.against import Found
-from station.diagnosis.answer import Judged, answered, refusal, why_not
+from station.diagnosis.answer import Assessment, answered, refusal, why_not
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.evidence import Evidence
@@ -108,10 +108,10 @@ def examined(
     sift = sifted(evidence, folds, posteriors.classes)
     model = _kept(evidence, found, sift.own)
     quality = compared(evidence, sift, model)
-    answer = answered(evidence, found, Judged(posteriors, sift.own, model, quality), catalogue, name=name, rng=rng)
+    answer = answered(evidence, found, Assessment(posteriors, sift.own, model, quality), catalogue, name=name, rng=rng)
     pictures = picture_data(evidence, found, (sift.before, sift.after), opening_radius_m=chosen.opening_radius_m)
-    judged = Found(evidence=evidence, search=found, posteriors=posteriors, folds=sift.folds)
-    return Examined(diagnosis=replace(answer, counted=counted), pictures=pictures, found=judged)
+    result = Found(evidence=evidence, search=found, posteriors=posteriors, folds=sift.folds)
+    return Examined(diagnosis=replace(answer, counted=counted), pictures=pictures, found=result)
 
 
 def _evidence(

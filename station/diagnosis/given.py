@@ -23,7 +23,7 @@ from station.diagnosis.search.acting import acting
 from station.diagnosis.search.locate import located
 from station.diagnosis.search.posterior import called, posteriors_of
 from station.diagnosis.search.search import Progress, in_stages, looked_at, search
-from station.diagnosis.search.unnamed import change, told_of_smooth
+from station.diagnosis.search.unnamed import change, smooth_in_words
 from station.physics.catalogue import Catalogue
 from station.physics.effect import Effect
 from station.physics.model import Model
@@ -110,26 +110,28 @@ def against_given(
     compared = against(recorded, theirs)
     # The rest of the recording is tested with all that the recording can show, also where the simulation cannot.
     left, _ = looked_at(recorded.evidence, compared.shared, recorded.search.offered, rng=rng, progress=progress)
-    every = _told(answer, compared, theirs)
-    told = _without_numerics(every, catalogue)
+    every = _compared(answer, compared, theirs)
+    physical = _without_numerics(every, catalogue)
     kept = _kept(every, compared)
     physics = tuple(effect for effect in kept if effect.layer != "numerics")  # settings are cured, not corrected
     least_p = min(max(compared.differ_p, thresholds.LEAST_P), left.global_p)  # the smaller of two p-values
     progress("predicting unseen runs by the simulation, and by what was found")
     diagnosis = replace(
-        told,
+        physical,
         fit=quality_of_given(recorded, theirs, compared, kept),
         simulator=name,
         given=True,
         global_p=min(1.0, 2.0 * least_p),
         located=located(recorded.evidence, [left]),
-        next_experiment=_still_asked(answer, told),
-        none_probability=0.0 if told.names else 1.0 - max((one.probability for one in told.effects), default=0.0),
+        next_experiment=_still_asked(answer, physical),
+        none_probability=0.0
+        if physical.names
+        else 1.0 - max((one.probability for one in physical.effects), default=0.0),
     )
     return Given(
         diagnosis=diagnosis,
         parts=parts_of_given(
-            recorded, theirs, compared, physics, changed=bool(told.names) or compared.level.twice_log_odds > 0
+            recorded, theirs, compared, physics, changed=bool(physical.names) or compared.level.twice_log_odds > 0
         ),
         mu_s=compared.level.numbers[0].simulation.value,
     )
@@ -147,16 +149,18 @@ def _less_friction(recorded: Found, simulated: Evidence, start: float) -> float:
     return min(1.0, wanted / own)
 
 
-def _still_asked(answer: Diagnosis, told: Diagnosis) -> NextExperiment | None:
+def _still_asked(answer: Diagnosis, diagnosis: Diagnosis) -> NextExperiment | None:
     """The recording's next experiment; None if all that it found is in the simulation as well."""
-    left = any(effect.id in told.names and effect.side != "simulation" for effect in told.effects)
+    left = any(effect.id in diagnosis.names and effect.side != "simulation" for effect in diagnosis.effects)
     return None if answer.names and not left else answer.next_experiment
 
 
-def _without_numerics(told: Diagnosis, catalogue: Catalogue) -> Diagnosis:
+def _without_numerics(diagnosis: Diagnosis, catalogue: Catalogue) -> Diagnosis:
     """The same with the artefacts of the simulation's solver apart: they are no physics, and have a cure."""
-    ours = {effect.id for effect in told.effects if effect.id in CURES and catalogue[effect.id].layer == "numerics"}
-    effects = tuple(effect for effect in told.effects if effect.id not in ours)
+    ours = {
+        effect.id for effect in diagnosis.effects if effect.id in CURES and catalogue[effect.id].layer == "numerics"
+    }
+    effects = tuple(effect for effect in diagnosis.effects if effect.id not in ours)
     rows = [
         {
             "id": effect.id,
@@ -166,23 +170,23 @@ def _without_numerics(told: Diagnosis, catalogue: Catalogue) -> Diagnosis:
             "before": None,
             "after": None,
         }
-        for effect in told.effects
+        for effect in diagnosis.effects
         for value in effect.parameters.values()
         if effect.id in ours and effect.verdict != "not supported"
     ]
     claimed = any(effect.verdict != "not supported" for effect in effects)
-    return replace(told, effects=effects, verdict=overall(effects, claimed=claimed), numerics=tuple(rows))
+    return replace(diagnosis, effects=effects, verdict=overall(effects, claimed=claimed), numerics=tuple(rows))
 
 
-def _kept(told: Diagnosis, compared: Against) -> tuple[Effect, ...]:
+def _kept(diagnosis: Diagnosis, compared: Against) -> tuple[Effect, ...]:
     """The effects that are claimed, and those that both have alike, whose part the others would take up."""
-    claimed = {effect.id for effect in told.effects if effect.verdict != "not supported"}
+    claimed = {effect.id for effect in diagnosis.effects if effect.verdict != "not supported"}
     alike = {called(one.effect.id) for one in compared.effects if one.effect and one.side == "both"}
     effects = [one.effect for one in compared.effects if one.effect is not None]
     return tuple(effect for effect in effects if called(effect.id) in claimed | alike)
 
 
-def _told(answer: Diagnosis, compared: Against, simulated: Found) -> Diagnosis:
+def _compared(answer: Diagnosis, compared: Against, simulated: Found) -> Diagnosis:
     """The recording's own answer with each effect compared, and the effects that only the simulation has."""
     beside = {called(one.effect.id): one for one in compared.effects if one.effect is not None}
     unseen = {called(name) for name in simulated.search.untestable}
@@ -226,7 +230,7 @@ def _of_simulation(beside: Beside, simulated: Found) -> EffectFound:
     changed = change(simulated.evidence, fitted, term)
     return EffectFound(
         id=called(effect.id),
-        title=told_of_smooth(simulated.evidence, fitted.model, term) if is_smooth(effect) else effect.title,
+        title=smooth_in_words(simulated.evidence, fitted.model, term) if is_smooth(effect) else effect.title,
         class_ids=near,
         probability=probability,
         verdict=likely if probability > thresholds.EVEN else "not supported",

@@ -280,13 +280,13 @@ class NextExperiment:
 class Candidates:
     """One row of the comparison table: a candidate's gain over the model before its stage.
 
-    `ids` has `other` for a smooth term; `told` names the candidate for readers. `twice_log_odds`, the BIC gain with
+    `ids` has `other` for a smooth term; `label` names the candidate for readers. `twice_log_odds`, the BIC gain with
     the prior, are what ranks it.
     """
 
     stage: int
     ids: tuple[str, ...]
-    told: str
+    label: str
     twice_gain: float
     parameters: int
     bic: float
@@ -396,8 +396,8 @@ def _value(value: Value) -> dict[str, Any]:
 
 def _differs(one: Differs) -> dict[str, Any]:
     both = {"recording": one.recording, "simulation": one.simulation}
-    told = {side: {"value": value.value, "sd": value.sd} for side, value in both.items()}
-    return {"name": one.name, **told, "unit": one.recording.unit}
+    sides = {side: {"value": value.value, "sd": value.sd} for side, value in both.items()}
+    return {"name": one.name, **sides, "unit": one.recording.unit}
 
 
 def _effect(effect: EffectFound) -> dict[str, Any]:

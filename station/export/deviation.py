@@ -179,11 +179,11 @@ def _run(files: Sequence[ExportedFile], chosen: Sequence[Sequence[Ramp]]) -> lis
         modules = [Path(file.name).stem for file in files]
         asked = {"path": [folder, *sys.path], "files": list(zip(modules, ramps, strict=True))}
         words = [sys.executable, "-I", "-c", _CHILD]
-        told: dict[str, Any] = {"input": json.dumps(asked), "encoding": "utf-8", "timeout": _LONGEST_S}
-        done = subprocess.run(words, cwd=folder, capture_output=True, check=False, **told)
+        options: dict[str, Any] = {"input": json.dumps(asked), "encoding": "utf-8", "timeout": _LONGEST_S}
+        done = subprocess.run(words, cwd=folder, capture_output=True, check=False, **options)
         if done.returncode:
             last = (done.stderr.strip().splitlines() or ["nothing was said"])[-1]
             names = ", ".join(file.name for file in files)
             raise UserError(f"Expected {names} to run in its engine, but it ended with: {last}")
-        told_paths = json.loads(Path(folder, "paths.json").read_text(encoding="utf-8"))
-        return [[np.array(path) for path in of_file] for of_file in told_paths]
+        paths = json.loads(Path(folder, "paths.json").read_text(encoding="utf-8"))
+        return [[np.array(path) for path in of_file] for of_file in paths]

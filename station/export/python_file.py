@@ -52,7 +52,7 @@ _MET_CORNERS = (
 MET_CORNERS: Mapping[str, str] = MappingProxyType({"spin": _MET_CORNERS, "lever": _MET_CORNERS})
 """The same where the moment is made as much larger as corners hold more of it (`carried/corners.py`)."""
 
-_NO_DOUBTS: Mapping[str, str] = MappingProxyType({})
+_NO_CAVEATS: Mapping[str, str] = MappingProxyType({})
 
 
 def python_file(
@@ -62,7 +62,7 @@ def python_file(
     says: frozenset[str],
     how: Sequence[str],
     bench: Callable[..., Any],
-    doubts: Mapping[str, str] = _NO_DOUBTS,
+    caveats: Mapping[str, str] = _NO_CAVEATS,
     scene: str = "",
 ) -> ExportedFile:
     """The file for one engine.
@@ -71,7 +71,7 @@ def python_file(
         named: the model.
         engine: the engine's name, which also ends the file's.
         says: the methods of `Effect` that the engine's code can express.
-        doubts: sentences on what the engine makes of some of these methods, by their names.
+        caveats: sentences on what the engine makes of some of these methods, by their names.
         how: sentences that say how the file is used.
         bench: the function that makes the engine's `Bench` from the model, and from the scene if there is one.
         scene: the text of a scene that the file holds.
@@ -79,7 +79,7 @@ def python_file(
     model = named.model
     parts = (Model, Term, *(kind for term in model.terms for kind in _kinds(term)))
     carried = carry(*parts, *_OFFERED, bench)
-    unsaid = unsaid_of_model(model, engine=engine, says=says, doubts=doubts)
+    unsaid = unsaid_of_model(model, engine=engine, says=says, caveats=caveats)
     about = [*how, "", *_HEAD, "", *_summary(model), *(f"NOT SAID: {text}" for text in unsaid)]
     lines = (commented(about), "", "from __future__ import annotations", "", *carried.imports, "")
     text = "\n".join((*lines, carried.text, "", *_tail(named, carried, bench=bench, scene=scene), ""))

@@ -54,7 +54,7 @@ def html_report(
     parts += [html_table(table) for table in tables(results)]
     parts += [_figures(result.pair, pictures.get(result.pair.name, ())) for result in results]
     title, lead = "Static friction by direction", f"{lead}{', '.join(sources)}."
-    body = [f"<h1>{title}</h1>", pieces.paragraph(lead), *parts, pieces.made_with(command(), told=_TERMS)]
+    body = [f"<h1>{title}</h1>", pieces.paragraph(lead), *parts, pieces.made_with(command(), notes=_TERMS)]
     return whole_page(title=title, body="\n".join(body), style=_STYLE)
 
 

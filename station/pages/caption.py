@@ -33,13 +33,13 @@ def command(default: str = "") -> str:
 
 def command_line(*words: object, **options: object) -> str:
     """The words and options as they are typed in a shell; options that are None or False are left out."""
-    told = [shlex.quote(str(word)) for word in words]
+    typed = [shlex.quote(str(word)) for word in words]
     for name, value in options.items():
         if value is None or value is False:
             continue
         flag = f"--{name.replace('_', '-')}"
-        told += [flag] if value is True else [flag, shlex.quote(str(value))]
-    return " ".join(told)
+        typed += [flag] if value is True else [flag, shlex.quote(str(value))]
+    return " ".join(typed)
 
 
 @dataclass(frozen=True, kw_only=True)

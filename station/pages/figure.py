@@ -84,8 +84,8 @@ def write(drawing: Any, path: Path, caption: Caption) -> None:
         OSError: if it cannot be written.
         ValueError: for a kind that matplotlib does not know.
     """
-    told = {word: caption.text if word in _CAPTIONS else None for word in _METADATA.get(path.suffix, ())}
-    drawing.savefig(path, metadata=told or None, dpi=DOTS_PER_INCH)
+    metadata = {word: caption.text if word in _CAPTIONS else None for word in _METADATA.get(path.suffix, ())}
+    drawing.savefig(path, metadata=metadata or None, dpi=DOTS_PER_INCH)
 
 
 _METADATA = {".svg": ("Description", "Date", "Creator"), ".pdf": ("Subject", "CreationDate"), ".png": ("Description",)}

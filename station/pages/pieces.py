@@ -25,7 +25,7 @@ def paragraph(text: str, *, kind: str = "") -> str:
     return f'<p class="{kind}">{escape(text)}</p>' if kind else f"<p>{escape(text)}</p>"
 
 
-def made_with(command: str, *, told: str = "") -> str:
-    """The foot of a page: what is told of the words on it, and the command that makes it again."""
-    first = paragraph(told) if told else ""
+def made_with(command: str, *, notes: str = "") -> str:
+    """The foot of a page: notes on what stands on it, and the command that makes it again."""
+    first = paragraph(notes) if notes else ""
     return f"<footer>{first}<p>Made by <code>{escape(command)}</code></p></footer>"

@@ -113,5 +113,5 @@ def _counts(source: Source) -> tuple[int, int]:
 def _row(source: Source) -> str:
     seed = "" if source.seed is None else str(source.seed)
     version = source.versions.get("repose", "")
-    told = (source.name, source.started[:19], source.rig, source.mode, seed, f"{source.kept} of {len(source.samples)}")
-    return "| " + " | ".join(visible(text).replace("|", "\\|") for text in (*told, version, source.digest[:16])) + " |"
+    cells = (source.name, source.started[:19], source.rig, source.mode, seed, f"{source.kept} of {len(source.samples)}")
+    return "| " + " | ".join(visible(text).replace("|", "\\|") for text in (*cells, version, source.digest[:16])) + " |"

@@ -48,9 +48,9 @@ class Source:
 
     def as_json(self) -> dict[str, Any]:
         """Its line of provenance.json."""
-        told = ("sha256", "digest", "rig", "session", "seed", "mode", "started", "versions")
+        fields = ("sha256", "digest", "rig", "session", "seed", "mode", "started", "versions")
         counts = {"samples": len(self.samples), "kept": self.kept}
-        return {"file": f"recordings/{self.name}", **{key: getattr(self, key) for key in told}, **counts}
+        return {"file": f"recordings/{self.name}", **{key: getattr(self, key) for key in fields}, **counts}
 
 
 def sources_of(paths: list[Path]) -> tuple[Source, ...]:
@@ -75,18 +75,18 @@ def sources_of(paths: list[Path]) -> tuple[Source, ...]:
 
 def _source(path: Path, *, taken: set[str]) -> Source:
     reader = open_recording(path)
-    told = reader.metadata.get("session", {})
-    started = datetime.fromtimestamp((_whole(told.get("started_ns", "")) or reader.start_ns) // 10**9, UTC)
+    session = reader.metadata.get("session", {})
+    started = datetime.fromtimestamp((_whole(session.get("started_ns", "")) or reader.start_ns) // 10**9, UTC)
     content = sha256_of(path)
     return Source(
         reader=reader,
         name=_free_name(path, taken),
         sha256=content,
         digest=digest(reader),
-        rig=told.get("rig_id", ""),
+        rig=session.get("rig_id", ""),
         session=f"{started:%Y%m%dT%H%M%SZ}-{content[:_DIGITS]}",
-        seed=_whole(told.get("seed", "")),
-        mode=told.get("mode", ""),
+        seed=_whole(session.get("seed", "")),
+        mode=session.get("mode", ""),
         started=started.isoformat(),
         versions=reader.metadata.get("versions", {}),
         samples=reader.samples(),

@@ -109,13 +109,13 @@ def _write_all(pipe: Connection, other_end: Connection, recording: Recording) ->
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the session, which then closes the recording
     gc.disable()  # nothing here makes cycles of objects, and looking for them would cost a tenth
     other_end.close()
-    told, together = False, _PuttingTogether()
+    reported, together = False, _PuttingTogether()
     with contextlib.suppress(EOFError):
         while (data := pipe.recv_bytes()) != _OVER:
             for received in together.batch(data):
                 recording.write(received)
-            if recording.stopped and not told:
-                told = True
+            if recording.stopped and not reported:
+                reported = True
                 pipe.send(recording.stopped)
     recording.close()
 

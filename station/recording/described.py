@@ -104,9 +104,9 @@ def metadata_of(content: bytes) -> Metadata:
     return found
 
 
-def _require_written(told: object, stream: io.BytesIO, content: bytes) -> None:
+def _require_written(read: object, stream: io.BytesIO, content: bytes) -> None:
     """Refuses zeros, as a disk leaves them: they read as nothing, before what the record held."""
-    if not told and stream.tell() < len(content):
+    if not read and stream.tell() < len(content):
         raise DamageError("it is blank")
 
 

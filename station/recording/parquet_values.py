@@ -19,11 +19,11 @@ def values_of(path: Path) -> list[int]:
         OSError: if the file's account of its columns is damaged, or nobody can look.
     """
     # -P: the folder of this file is no place to look for modules.
-    told = subprocess.run([sys.executable, "-P", __file__, str(path)], capture_output=True, check=False)
-    if told.returncode != 0:
-        *_, why = ["", *told.stderr.decode(errors="replace").split("\n  what():  ")[-1].splitlines()]
+    done = subprocess.run([sys.executable, "-P", __file__, str(path)], capture_output=True, check=False)
+    if done.returncode != 0:
+        *_, why = ["", *done.stderr.decode(errors="replace").split("\n  what():  ")[-1].splitlines()]
         raise OSError(f"the values of its columns cannot be counted: {why}")
-    return json.loads(told.stdout)
+    return json.loads(done.stdout)
 
 
 def main(path: str) -> None:

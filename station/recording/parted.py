@@ -120,14 +120,14 @@ class PartedReader(RecordingReader):
         return {name: data for part in reversed(self._parts) for name, data in part.attachments.items()}
 
 
-def told_of(part: RecordingReader) -> dict[str, str]:
+def part_metadata(part: RecordingReader) -> dict[str, str]:
     """The metadata by which a file tells that it is a part; nothing where the recording is one file."""
     return part.metadata.get(METADATA, {}) if METADATA in part.metadata_names else {}
 
 
 def _require_same_session(first: RecordingReader, part: RecordingReader, number: int) -> None:
     same = part.metadata.get("session") == first.metadata.get("session")
-    if not same or told_of(part).get(NUMBER) != str(number):
+    if not same or part_metadata(part).get(NUMBER) != str(number):
         raise UserError(
             f"Expected {part.path} to be part {number} of the session that begins in {first.path}, but it is not; move "
             "it away, or put the right file there"
@@ -139,11 +139,11 @@ def _seams(parts: Sequence[RecordingReader]) -> Iterator[str]:
     held = 0
     for before, part in pairwise(parts):
         held += before.message_count
-        said = told_of(part).get(BEFORE, "")
+        said = part_metadata(part).get(BEFORE, "")
         if said != str(held):
             yield f"expected {said or 'a number of'} messages before {part.path.name}, found {held}"
 
 
 def continued_in(part: RecordingReader) -> str:
     """The name that the next part had when it was written; empty for the last one."""
-    return told_of(part).get(CONTINUED, "")
+    return part_metadata(part).get(CONTINUED, "")

@@ -42,14 +42,14 @@ def by_direction(samples: Sequence[Sample]) -> tuple[DirectionSummary, ...]:
 def _summary(direction: int, samples: Sequence[Sample]) -> DirectionSummary:
     angles = [sample.onset_angle_rad for sample in samples if is_kept(sample)]
     censored = sum(sample.censored for sample in samples)
-    told = angles if all(map(math.isfinite, angles)) else []  # an infinite angle has neither a mean nor a spread
+    finite = angles if all(map(math.isfinite, angles)) else []  # an infinite angle has neither a mean nor a spread
     return DirectionSummary(
         direction=direction,
         kept=len(angles),
         censored=censored,
         flagged=len(samples) - len(angles) - censored,
-        mean_rad=statistics.fmean(told) if told else math.nan,
-        sd_rad=statistics.stdev(told) if len(told) > 1 else math.nan,
+        mean_rad=statistics.fmean(finite) if finite else math.nan,
+        sd_rad=statistics.stdev(finite) if len(finite) > 1 else math.nan,
     )
 
 

@@ -68,7 +68,7 @@ def errors(recorded: Signals, simulated: Signals) -> Errors:
     """
     runs = recorded_runs(recorded)
     again = {run.run: run for run in recorded_runs(simulated)}
-    seen, told = poses_of(recorded), poses_of(simulated)
+    recorded_poses, simulated_poses = poses_of(recorded), poses_of(simulated)
     was, now = ({sample.run: sample for sample in each.samples} for each in (recorded, simulated))
     onset, path, turn = np.full((3, len(runs)), np.nan)
     for place, run in enumerate(runs):
@@ -82,8 +82,8 @@ def errors(recorded: Signals, simulated: Signals) -> Errors:
             onset[place] = math.degrees(second.onset_angle_rad - first.onset_angle_rad)
         if same is not None:
             later_ns = same.tilt_ns - run.tilt_ns
-            theirs = told.between(begin_ns + later_ns - STEP_NS, run.end_ns + later_ns + STEP_NS)
-            path[place], turn[place] = _apart(seen.between(begin_ns, run.end_ns), theirs, later_ns=later_ns)
+            theirs = simulated_poses.between(begin_ns + later_ns - STEP_NS, run.end_ns + later_ns + STEP_NS)
+            path[place], turn[place] = _apart(recorded_poses.between(begin_ns, run.end_ns), theirs, later_ns=later_ns)
     return Errors(run=np.array([run.run for run in runs]), onset_deg=onset, path_mm=path, turn_deg=turn)
 
 
@@ -91,24 +91,24 @@ STEP_NS = 200_000_000
 """The longest time between simulated places in which the block is looked for: a camera of 5 Hz shows no slide."""
 
 
-def _apart(seen: Poses, told: Poses, *, later_ns: int) -> tuple[float, float]:
+def _apart(recorded: Poses, simulated: Poses, *, later_ns: int) -> tuple[float, float]:
     """Root mean square distance (mm) and turn (deg) between two paths at the first's frames that the second has.
 
     Both are nan without such frames.
     """
-    times = seen.time_ns + later_ns
-    if len(told.time_ns) < 2:
+    times = recorded.time_ns + later_ns
+    if len(simulated.time_ns) < 2:
         return math.nan, math.nan
-    right = np.clip(np.searchsorted(told.time_ns, times), 1, len(told.time_ns) - 1)
-    inside = (times >= told.time_ns[0]) & (times <= told.time_ns[-1])
-    inside &= told.time_ns[right] - told.time_ns[right - 1] <= STEP_NS
+    right = np.clip(np.searchsorted(simulated.time_ns, times), 1, len(simulated.time_ns) - 1)
+    inside = (times >= simulated.time_ns[0]) & (times <= simulated.time_ns[-1])
+    inside &= simulated.time_ns[right] - simulated.time_ns[right - 1] <= STEP_NS
     if not inside.any():
         return math.nan, math.nan
-    base = told.time_ns[0]
-    known, wanted = (told.time_ns - base).astype(float), (times[inside] - base).astype(float)
-    pose = told.pose.copy()
+    base = simulated.time_ns[0]
+    known, wanted = (simulated.time_ns - base).astype(float), (times[inside] - base).astype(float)
+    pose = simulated.pose.copy()
     pose[:, 2] = np.unwrap(pose[:, 2])
-    away = seen.pose[inside] - np.column_stack([np.interp(wanted, known, axis) for axis in pose.T])
+    away = recorded.pose[inside] - np.column_stack([np.interp(wanted, known, axis) for axis in pose.T])
     away[:, 2] = np.angle(np.exp(1j * away[:, 2]))
     square = np.mean(away * away, axis=0)
     return 1e3 * math.hypot(*np.sqrt(square[:2])), math.degrees(math.sqrt(square[2]))

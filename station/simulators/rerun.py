@@ -52,13 +52,13 @@ class Rerun:
             "engine": self.engine,
             "runs": len(self.runs),
             "held_out": self.held_out,
-            "before": _told(self.before, self.before_own_level),
-            "after": _told(self.after, self.after_own_level),
+            "before": _errors_table(self.before, self.before_own_level),
+            "after": _errors_table(self.after, self.after_own_level),
             **({"no_after": self.why} if self.why else {}),
         }
 
 
-def _told(errors: Errors | None, own_level: Errors | None) -> dict[str, Any]:
+def _errors_table(errors: Errors | None, own_level: Errors | None) -> dict[str, Any]:
     if errors is None:
         return {}
     return errors.summary() | ({} if own_level is None else {"own_level": own_level.summary()})
@@ -121,7 +121,7 @@ def rerun_in_parts(
     own = simulator(engine) if isinstance(engine, str) else engine
     name = name or (engine if isinstance(engine, str) else type(engine).__name__)
     some = some_runs(recorded, runs)
-    why = own.why_untold if isinstance(own, OwnFriction) else ""
+    why = own.why_not_rerun if isinstance(own, OwnFriction) else ""
     found: dict[str, list[Errors]] = {}
     for part in parts:
         chosen = only_runs(some, part.runs)
@@ -210,11 +210,11 @@ def _has_onset(run: RecordedRun) -> bool:
 
 def _step(simulated: Signals, run: RecordedRun) -> float:
     """The change of a run's friction that moves its onset to where it was recorded."""
-    told = next((sample for sample in simulated.samples if sample.run == run.run), None)
-    if told is None or run.sample is None:
+    sample = next((sample for sample in simulated.samples if sample.run == run.run), None)
+    if sample is None or run.sample is None:
         return 1.0
     # The friction of a block that held in the simulation is above the steepest tilt, which is its onset then.
-    return math.tan(run.sample.onset_angle_rad) / max(math.tan(told.onset_angle_rad), 1e-3)
+    return math.tan(run.sample.onset_angle_rad) / max(math.tan(sample.onset_angle_rad), 1e-3)
 
 
 def by_engine(table: Mapping[str, Any]) -> str:

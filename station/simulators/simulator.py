@@ -47,11 +47,11 @@ class Simulator(Protocol):
 class OwnFriction:
     """A simulator that has a friction of its own: its model says what to change in it, and mu_s is a factor.
 
-    `AS_IT_IS` leaves it as it is. `why_untold` is the reason, in one sentence, why it cannot be told of friction
-    and pushes; empty: it can.
+    `AS_IT_IS` leaves it as it is. `why_not_rerun` is the reason, in one sentence, why it cannot be run with the friction
+    and pushes that were found; empty: it can.
     """
 
-    why_untold: str = ""
+    why_not_rerun: str = ""
 
 
 class Refinable(OwnFriction):
@@ -75,7 +75,9 @@ AS_IT_IS = Model(mu_s=1.0)
 class Elsewhere(OwnFriction):
     """A simulation that somebody else made, as a recording of the same runs."""
 
-    why_untold = "A recorded simulation could not be run with what was found; give the simulator itself to --simulate"
+    why_not_rerun = (
+        "A recorded simulation could not be run with what was found; give the simulator itself to --simulate"
+    )
 
     def __init__(self, simulated: Signals) -> None:
         self._simulated = simulated

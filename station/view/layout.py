@@ -39,9 +39,9 @@ def layout(topics: Collection[str], *, setup: Setup, live: bool = False, diagnos
     states = rrb.StateTimelineView(origin="state", name="What was going on", time_view=_linked())
     lower = rrb.Vertical(*curves, states, row_shares=[*shares, 8 if diagnosed else 5])
     runs = rrb.TextDocumentView(origin=entities.SAMPLES, name="Runs")
-    told = rrb.TextDocumentView(origin=entities.DIAGNOSIS, name="Diagnosis")
+    diagnosis = rrb.TextDocumentView(origin=entities.DIAGNOSIS, name="Diagnosis")
     words = rrb.Vertical(
-        rrb.Tabs(told, runs) if diagnosed else runs,
+        rrb.Tabs(diagnosis, runs) if diagnosed else runs,
         rrb.Tabs(
             rrb.TextLogView(
                 origin="log", name="Log", columns=rrb.TextLogColumns(text_log_columns=["loglevel", "body"])

@@ -27,7 +27,7 @@ def html_page(about: About, columns: Sequence[Column]) -> str:
         pieces.paragraph(_WHAT, kind="note"),
         _gates(columns),
         *map(_family, columns),
-        pieces.made_with(about.command, told=f"Measured {about.date} ({about.told})."),
+        pieces.made_with(about.command, notes=f"Measured {about.date} ({about.told})."),
     ]
     return whole_page(title=_TITLE, body="\n".join(body), style=_STYLE)
 

@@ -75,7 +75,7 @@ def require_supported(facts: Facts, *, foreign: bool) -> None:
         )
 
 
-def judge(facts: Facts, rig: RigConfig, *, system: System | None, ahead_s: float, forced: bool) -> list[Finding]:
+def findings_of(facts: Facts, rig: RigConfig, *, system: System | None, ahead_s: float, forced: bool) -> list[Finding]:
     """All that is wrong with a supported target.
 
     `ahead_s` is its clock less this one; `system` is None when the user brings a lock.

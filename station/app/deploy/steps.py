@@ -138,7 +138,7 @@ class Deployment:
             f"Its clock is {1e3 * ahead_s:+.0f} ± {1e3 * within_s:.0f} ms from this one; "
             f"cameras: {about.cameras or 'not listed'}."
         )
-        findings = facts.judge(about, rig, system=system, ahead_s=ahead_s, forced=self.wishes.force)
+        findings = facts.findings_of(about, rig, system=system, ahead_s=ahead_s, forced=self.wishes.force)
         for finding in findings:
             say(("Stop: " if finding.stops else "Note: ") + finding.sentence)
         stopping = [item for item in findings if item.stops]

@@ -67,7 +67,7 @@ class Paths:
             return None
         return replace(self, breakaways=self.breakaways.of_places(places), contact=self.contact.chosen(places))
 
-    def told(self, model: Model) -> tuple[Term, ...]:
+    def sliding_terms(self, model: Model) -> tuple[Term, ...]:
         """The terms of a model whose laws of sliding change these paths."""
         return tuple(term for term in model.terms if self._changes(term))
 

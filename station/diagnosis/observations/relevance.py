@@ -26,14 +26,14 @@ def relevant(design: Array, values: Array, weight: Array, group: NDArray[np.int6
     from 0: the coefficients of a group are drawn from one normal distribution about 0, whose variance is the likeliest.
     """
     known = (design * weight[:, None]).T @ design
-    told = design.T @ (weight * values)
+    moment = design.T @ (weight * values)
     most = IRRELEVANT * max(float(np.diag(known).max(initial=0.0)), 1e-300)
     precision = np.full(int(group.max()) + 1, most / IRRELEVANT**2)
     sizes = np.bincount(group)
-    found = np.zeros(len(told))
+    found = np.zeros(len(moment))
     for _ in range(ROUNDS):
         spread = np.linalg.inv(known + np.diag(precision[group]))
-        found = spread @ told
+        found = spread @ moment
         left = precision * np.bincount(group, np.diag(spread))
         precision = np.clip((sizes - left) / np.maximum(np.bincount(group, found**2), 1e-300), 1e-300, most)
     return found

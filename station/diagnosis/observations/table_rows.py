@@ -134,8 +134,8 @@ def _coefficient(table: Measured) -> Array:
     """Friction over load (n,), or the coefficient itself where the table has it; else nan."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = table.column("friction_force_n") / table.column("normal_load_n")
-    told = table.column("friction_coefficient")
-    found = np.where(np.isfinite(told), told, ratio)
+    given = table.column("friction_coefficient")
+    found = np.where(np.isfinite(given), given, ratio)
     return np.where(np.isfinite(found) & (found > 0), found, np.nan)
 
 

@@ -96,10 +96,10 @@ _ERRORS = (
 _FIGURES = ("log_score", *(name for both in _ERRORS for name in both), "coverage90")
 
 
-def _in_cells(told: Mapping[str, str]) -> list[str]:
+def _in_cells(figures: Mapping[str, str]) -> list[str]:
     """The figures as cells of a row: root mean square and median of each error stand in one."""
-    errors = [", ".join(told[name] for name in both) for both in _ERRORS]
-    return [told["log_score"], *errors, told["coverage90"]]
+    errors = [", ".join(figures[name] for name in both) for both in _ERRORS]
+    return [figures["log_score"], *errors, figures["coverage90"]]
 
 
 def _se(quality: Quality, figure: str) -> str:

@@ -23,8 +23,8 @@ _CLASS = {"supported": "yes", "indistinguishable": "maybe", "not supported": "no
 
 def headline(diagnosis: Diagnosis) -> str:
     """The verdict as a sentence, then its probability, place, improvement and next step."""
-    told = (_sure(diagnosis), _left_out(diagnosis), _where(diagnosis), _better(diagnosis), _next(diagnosis))
-    lines = [*set_differently(diagnosis), *told]
+    sentences = (_sure(diagnosis), _left_out(diagnosis), _where(diagnosis), _better(diagnosis), _next(diagnosis))
+    lines = [*set_differently(diagnosis), *sentences]
     items = "".join(f"<li>{escape(line)}</li>" for line in lines if line)
     kind, said = _CLASS[diagnosis.verdict], escape(sentence(diagnosis))
     return f'<p class="verdict {kind}">{said}</p><ul class="short">{items}</ul>'
@@ -34,16 +34,16 @@ def _sure(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "untestable":
         return ""
     chances = ", ".join(f"{', '.join(one.class_ids)}: {one.probability:.2f}" for one in diagnosis.effects)
-    told = f"; probabilities: {chances}" if chances else ""
+    probabilities = f"; probabilities: {chances}" if chances else ""
     baseline = "given simulation" if diagnosis.given else "plain model"
     return (
         f"{used(diagnosis)} could be used. If the {baseline} were right, chance alone would differ as much with "
-        f"{p_equals(diagnosis.global_p)}{told}."
+        f"{p_equals(diagnosis.global_p)}{probabilities}."
     )
 
 
 def _left_out(diagnosis: Diagnosis) -> str:
-    return f"{told}." if (told := left_out(diagnosis)) else ""
+    return f"{words}." if (words := left_out(diagnosis)) else ""
 
 
 def _where(diagnosis: Diagnosis) -> str:

@@ -33,9 +33,9 @@ def html_page(diagnosis: Diagnosis, pictures: PictureData, *, seed: int | None =
     with style(), made_by(command(usual)):
         parts = [about(diagnosis), headline(diagnosis), f"<nav>{links}</nav>"]
         if diagnosis.verdict != "untestable":
-            told = [where(diagnosis, pictures), what(diagnosis)]
+            sections = [where(diagnosis, pictures), what(diagnosis)]
             # Numerics of the user's own simulation come after the physics that it leaves out; ours is cured first.
-            parts += [*told, numerics(diagnosis)] if diagnosis.given else [numerics(diagnosis), *told]
+            parts += [*sections, numerics(diagnosis)] if diagnosis.given else [numerics(diagnosis), *sections]
             parts += [fit(diagnosis, pictures), motion]
         else:
             parts.append(what(diagnosis))

@@ -62,8 +62,8 @@ def used(diagnosis: Diagnosis) -> str:
 
 def left_out(diagnosis: Diagnosis) -> str:
     """Tells how many runs were left out, and why; empty if none was."""
-    told = ", ".join(f"{count} {why}" for why, count in diagnosis.left_out.items())
-    return f"{sum(diagnosis.left_out.values())} of {diagnosis.total_runs} runs left out: {told}" if told else ""
+    reasons = ", ".join(f"{count} {why}" for why, count in diagnosis.left_out.items())
+    return f"{sum(diagnosis.left_out.values())} of {diagnosis.total_runs} runs left out: {reasons}" if reasons else ""
 
 
 def singular(diagnosis: Diagnosis) -> str:
@@ -71,9 +71,9 @@ def singular(diagnosis: Diagnosis) -> str:
     return diagnosis.counted.removesuffix("s")
 
 
-def as_expected(told: str) -> str:
-    """Compares the gain with the one that the model expects of itself; `told` is the ratio, which may exceed 1."""
-    return f"{told} times the gain to expect if the model is right (about 1: nothing is left to gain)"
+def as_expected(ratio: str) -> str:
+    """Compares the gain with the one that the model expects of itself; the `ratio` may exceed 1."""
+    return f"{ratio} times the gain to expect if the model is right (about 1: nothing is left to gain)"
 
 
 def own_level(rerun: Mapping[str, Any]) -> str:

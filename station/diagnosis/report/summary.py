@@ -88,14 +88,14 @@ def _simulated(diagnosis: Diagnosis) -> list[RenderableType]:
     for column in columns if after else columns[:2]:
         table.add_column(column)
     own_before, own_after = (one.get("own_level") or {} for one in (before, after))
-    for told, then, since, words in (
+    for error, then, since, words in (
         (_ONSETS, before, after, ""),
         (_PATHS, before, after, ""),
         (_TURNS, before, after, ""),
         (_PATHS, own_before, own_after, f" at {own_level(rerun)} of friction"),
     ):
-        if cells := _cells(told, then):
-            table.add_row(told.words + words, cells, *([_cells(told, since)] if after else []))
+        if cells := _cells(error, then):
+            table.add_row(error.words + words, cells, *([_cells(error, since)] if after else []))
     return [table, *([Text(f"{rerun['no_after']}.")] if rerun.get("no_after") else [])]
 
 
@@ -113,10 +113,10 @@ _PATHS = _Error("path error, median and rms", " mm", ("path_median_mm", "path_rm
 _TURNS = _Error("yaw error, median and rms", "°", ("turn_median_deg", "turn_rmse_deg"))
 
 
-def _cells(error: _Error, told: Mapping[str, Any]) -> str:
+def _cells(error: _Error, errors: Mapping[str, Any]) -> str:
     """The two figures with their standard errors; empty where there is nothing to compare."""
-    se: Mapping[str, float] = told.get("se") or {}
-    known = [(told[key], se.get(key, math.nan)) for key in error.keys if told.get(key) is not None]
+    se: Mapping[str, float] = errors.get("se") or {}
+    known = [(errors[key], se.get(key, math.nan)) for key in error.keys if errors.get(key) is not None]
     return ", ".join(_number("{}", value, sd) + error.unit for value, sd in known)
 
 
@@ -142,11 +142,11 @@ def _how_much(effect: EffectFound) -> str:
     if known and effect.id == "other":  # its coefficients say nothing else
         return "; ".join(known)
     single = {name: value for name, value in effect.parameters.items() if not (known and value.at_bound)}
-    told = ", ".join(f"{read_name(name, value.unit)} = {value}" for name, value in single.items())
+    values = ", ".join(f"{read_name(name, value.unit)} = {value}" for name, value in single.items())
     held = [
         f"{read_name(name, one.unit)} is at its bound" for name, one in effect.parameters.items() if name not in single
     ]
-    return "; ".join([*known, *([told] if told else []), *held])
+    return "; ".join([*known, *([values] if values else []), *held])
 
 
 def _fit(diagnosis: Diagnosis) -> Text:
@@ -160,9 +160,9 @@ def _fit(diagnosis: Diagnosis) -> Text:
         _change(fit, "turn_median_deg", "of their yaw", "°") if fit.changes("turn_median_deg") else "",
         _change(fit, "coverage90", "90 % intervals hold", " of the onsets"),
     ]
-    told = [part for part in parts if part]
+    shown = [part for part in parts if part]
     since = ", from the simulation to what the recording has" if diagnosis.given else ""
-    return Text(f"Prediction of unseen {diagnosis.counted}{since}: {'; '.join(told) or 'there is nothing to compare'}")
+    return Text(f"Prediction of unseen {diagnosis.counted}{since}: {'; '.join(shown) or 'there is nothing to compare'}")
 
 
 def _change(fit: FitQuality, name: str, words: str, unit: str) -> str:
@@ -178,5 +178,5 @@ def _number(words: str, value: float, se: float, *, sign: bool = False) -> str:
     """The words with the number and its standard error in them; empty if there is no number."""
     if not math.isfinite(value):
         return ""
-    told = f"{value:+.2f}" if sign else f"{value:.2f}"
-    return words.format(f"{told} ± {se:.2f}" if math.isfinite(se) else told)
+    number = f"{value:+.2f}" if sign else f"{value:.2f}"
+    return words.format(f"{number} ± {se:.2f}" if math.isfinite(se) else number)

@@ -60,12 +60,12 @@ def _fitted(diagnosis: Diagnosis, stage: int, rows: Sequence[Candidates]) -> str
     ranked = sorted(rows, key=lambda row: -row.twice_log_odds)
     best = ranked[0].twice_log_odds
     weights = [math.exp(0.5 * (row.twice_log_odds - best)) for row in ranked]
-    told = [
+    cells = [
         [str(place), *_cells(row), html.number(weight / sum(weights)), _class(diagnosis, row), _assessed(row, best)]
         for place, (row, weight) in enumerate(zip(ranked, weights, strict=True), start=1)
     ]
     caption = f"Stage {stage + 1}: compared with " + ("the plain model" if stage == 0 else "what was found before")
-    return pieces.table(("rank", *_HEAD, "weight", "class", "assessment"), told, caption=caption)
+    return pieces.table(("rank", *_HEAD, "weight", "class", "assessment"), cells, caption=caption)
 
 
 def _scored(diagnosis: Diagnosis, stage: int, rows: Sequence[Candidates]) -> str:
@@ -82,7 +82,7 @@ def _scored(diagnosis: Diagnosis, stage: int, rows: Sequence[Candidates]) -> str
 def _cells(row: Candidates) -> list[str]:
     """The cells below `_HEAD`."""
     gain, bic, odds = (html.number(value, 1) for value in (row.twice_gain, row.bic, row.twice_log_odds))
-    return [escape(row.told), gain, str(row.parameters), bic, odds]
+    return [escape(row.label), gain, str(row.parameters), bic, odds]
 
 
 def _class(diagnosis: Diagnosis, row: Candidates) -> str:

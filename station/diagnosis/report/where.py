@@ -113,14 +113,14 @@ _TESTED: dict[Tested, str] = {"channel": "the row alone", "friction": "friction"
 def _row(diagnosis: Diagnosis, place: Located) -> list[str]:
     one = singular(diagnosis)
     runs = ", ".join(str(run) for run in place.runs[:_MOST_RUNS]) + (" …" if len(place.runs) > _MOST_RUNS else "")
-    spans = "; ".join(html.whole(f"{one} {_told(run, length_ns)}") for run, length_ns in _longest(place))
+    spans = "; ".join(html.whole(f"{one} {_run_text(run, length_ns)}") for run, length_ns in _longest(place))
     size, p = html.number(place.effect_size), html.whole(html.p_value(place.p))
     summary = place.summary.removeprefix(f"{place.phase}: ")
     stage = "rest" if diagnosis.given else str(place.stage)
     return [html.whole(place.phase), escape(summary), size, p, stage, _TESTED[place.tested], runs, spans]
 
 
-def _told(run: int, length_ns: int) -> str:
+def _run_text(run: int, length_ns: int) -> str:
     """The run's number, and the stretch's length unless it is a moment, such as an onset."""
     return f"{run}, {1e-9 * length_ns:.2f} s" if length_ns > _MOMENT_NS else f"{run}"
 

@@ -21,7 +21,7 @@ Group = tuple[frozenset[str], int]
 """The ids of a candidate's effects besides its laws of sliding, and the number of those laws."""
 
 
-def judged(fitter: Fitter, candidates: Sequence[Candidate]) -> list[Candidate]:
+def with_path_evidence(fitter: Fitter, candidates: Sequence[Candidate]) -> list[Candidate]:
     """The candidates; those that are fitted in full carry what the paths have against them."""
     paths = fitter.evidence.paths
     if paths is None:
@@ -47,8 +47,8 @@ def _group(paths: Paths, candidate: Candidate) -> Group | None:
         return None
     if candidate.smooth:
         return (frozenset(), 2) if [covariate_of(effect) for effect in candidate.effects] == ["speed"] else None
-    told = {term.effect.id for term in paths.told(candidate.fitted.model)}
-    laws = [effect.id for effect in candidate.effects if effect.id in told]
+    sliding = {term.effect.id for term in paths.sliding_terms(candidate.fitted.model)}
+    laws = [effect.id for effect in candidate.effects if effect.id in sliding]
     return (frozenset(candidate.key) - set(laws), len(laws)) if laws else None
 
 
@@ -77,4 +77,4 @@ def _twice(fitter: Fitter, candidate: Candidate) -> float:
 def _of_paths(fitter: Fitter, fitted: Fit) -> float:
     paths = fitter.evidence.paths
     assert paths is not None
-    return paths.log_likelihood([term for term in paths.told(fitted.model) if not is_nuisance(term.effect)])
+    return paths.log_likelihood([term for term in paths.sliding_terms(fitted.model) if not is_nuisance(term.effect)])

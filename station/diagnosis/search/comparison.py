@@ -15,7 +15,7 @@ import numpy as np
 from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.likelihood.systematic import claimable, less
-from station.diagnosis.search.by_paths import judged
+from station.diagnosis.search.by_paths import with_path_evidence
 from station.diagnosis.search.candidates import Candidate, Fitter, tested_alone
 from station.diagnosis.search.excused import best_of_each, excused
 from station.diagnosis.search.misfit import temperature
@@ -128,7 +128,7 @@ def _comparison(
     own = [one for one in ranked if one.key == (effect.id,)]
     twins = [one for one in best_of_each(fitter, ranked) if one not in own + named + smooth]
     full = [fitter.fitted(without, one) for one in [*own, *named, *smooth, *twins]]
-    good = judged(fitter, [one for one in full if one.credible or one.key == (effect.id,)])
+    good = with_path_evidence(fitter, [one for one in full if one.credible or one.key == (effect.id,)])
     good = excused(fitter, without, good)
     good.sort(key=lambda candidate: -candidate.twice_log_odds)
     return Comparison(without, tuple(good), by_chance)

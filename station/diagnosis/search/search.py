@@ -20,7 +20,7 @@ from station.diagnosis.inference.fit import Fit, fit
 from station.diagnosis.inference.level import levelled
 from station.diagnosis.likelihood.systematic import allowing_for, claimable
 from station.diagnosis.observations.evidence import Evidence
-from station.diagnosis.search.by_paths import judged
+from station.diagnosis.search.by_paths import with_path_evidence
 from station.diagnosis.search.candidates import (
     Begins,
     Candidate,
@@ -222,7 +222,7 @@ def _in_full(fitter: Fitter, current: Fit, ranked: Sequence[Candidate], offered:
     for pair in _partnered(fitter, kinds["pair"], full.values(), offered):
         if pair.key not in full:
             full[pair.key] = fitter.fitted(current, pair)
-    good = judged(fitter, [candidate for candidate in full.values() if candidate.credible])
+    good = with_path_evidence(fitter, [candidate for candidate in full.values() if candidate.credible])
     good = excused(fitter, current, good)
     rest = [candidate for candidate in ranked if candidate.key not in full]
     return [*sorted(good, key=lambda candidate: -candidate.twice_log_odds), *rest]

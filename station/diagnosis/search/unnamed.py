@@ -26,7 +26,7 @@ def depends_on(effect: Effect) -> str:
     return TITLES.get(covariate, covariate)
 
 
-def told_of_smooth(evidence: Evidence, model: Model, term: Term) -> str:
+def smooth_in_words(evidence: Evidence, model: Model, term: Term) -> str:
     """A smooth term in words: what friction depends on, and by how much it changes in the recorded runs."""
     if isinstance(term.effect, PushAside):
         (size,) = term.values.values()

@@ -44,8 +44,8 @@ def export_model(named_model: NamedModel) -> tuple[ExportedFile, ...]:
     ]
     said = frozenset(HOOKS) - {"creep"}
     (scene,) = scenes.export(named([pair]))
-    told = python_file(named_model, engine="Drake", says=said, doubts=CORNERS, how=how, bench=bench, scene=scene.text)
-    return (told,)
+    file = python_file(named_model, engine="Drake", says=said, caveats=CORNERS, how=how, bench=bench, scene=scene.text)
+    return (file,)
 
 
 class Friction:

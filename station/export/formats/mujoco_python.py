@@ -43,10 +43,10 @@ def export_model(named_model: NamedModel) -> tuple[ExportedFile, ...]:
     ]
     says = frozenset(HOOKS) - {"creep"}
     (scene,) = scenes.export(named([pair]))
-    told = python_file(
-        named_model, engine="MuJoCo", says=says, doubts=MET_CORNERS, how=how, bench=bench, scene=scene.text
+    file = python_file(
+        named_model, engine="MuJoCo", says=says, caveats=MET_CORNERS, how=how, bench=bench, scene=scene.text
     )
-    return (told,)
+    return (file,)
 
 
 class Friction:

@@ -35,7 +35,7 @@ def export_model(named: NamedModel) -> tuple[ExportedFile, ...]:
         "creeps, and starts at other angles.",
     ]
     said = frozenset(HOOKS) - {"creep"}
-    return (python_file(named, engine="PyBullet", says=said, doubts=CORNERS, how=how, bench=bench),)
+    return (python_file(named, engine="PyBullet", says=said, caveats=CORNERS, how=how, bench=bench),)
 
 
 class Friction:

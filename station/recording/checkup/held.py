@@ -38,13 +38,13 @@ class Held:
 
 def held_in_a_row(samples: Sequence[Sample]) -> tuple[Held, ...]:
     """More runs in a row that were held than would be by chance; disturbed and tipped runs tell nothing."""
-    told = [sample for sample in samples if not sample.disturbed and "tipped" not in sample.flags]
+    informative = [sample for sample in samples if not sample.disturbed and "tipped" not in sample.flags]
     farthest = dict[int, float]()
-    for sample in told:
+    for sample in informative:
         farthest[sample.direction] = max(sample.step_to_rad, farthest.get(sample.direction, 0.0))
-    chance = _chance([sample.censored for sample in told])
-    rows = [list(row) for held, row in groupby(told, key=lambda sample: sample.censored) if held]
-    unlikely = ((row, len(told) * chance ** len(row)) for row in rows)
+    chance = _chance([sample.censored for sample in informative])
+    rows = [list(row) for held, row in groupby(informative, key=lambda sample: sample.censored) if held]
+    unlikely = ((row, len(informative) * chance ** len(row)) for row in rows)
     return tuple(_held(row, by_chance, farthest) for row, by_chance in unlikely if by_chance < BY_CHANCE)
 
 

@@ -80,7 +80,7 @@ class OwnImporter:
             UserError: if that fails, or it is no importer.
         """
         self._file = file
-        with self._told("be imported"):
+        with self._errors_in_words("be imported"):
             module = module_in(file, name=f"repose_user_importers.{file.stem}")
         self.NAME, self.HELP = str(getattr(module, "NAME", "")), str(getattr(module, "HELP", ""))
         self._read = getattr(module, "read", None)
@@ -90,18 +90,18 @@ class OwnImporter:
     def read(self, source: Path, *, onset: Traced | None = None) -> Imported:
         """Reads a foreign file as `Importer.read` does; raises UserError for whatever goes wrong in it."""
         assert self._read is not None
-        with self._told(f"read {source}"):
+        with self._errors_in_words(f"read {source}"):
             found = self._read(source, onset=onset)
         if not isinstance(found, Imported):
             raise UserError(f"Expected an Imported from read in {self._file}, got {type(found).__name__}")
         return replace(found, messages=self._messages(found))
 
     def _messages(self, found: Imported) -> Iterator[Item]:
-        with self._told("give its messages"):
+        with self._errors_in_words("give its messages"):
             yield from found.messages
 
     @contextmanager
-    def _told(self, what: str) -> Generator[None]:
+    def _errors_in_words(self, what: str) -> Generator[None]:
         try:
             yield
         except (UserError, GeneratorExit):

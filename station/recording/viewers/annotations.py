@@ -14,7 +14,7 @@ from shared.frames import OVERLAY_RGBA, PIXEL_CENTRE
 from shared.messages import MarkerCorners, Message
 from shared.rig import RigConfig
 from station.recording.viewers.extra import Extra, Handler, Pace, coarse, foxglove
-from station.recording.viewers.state import TOLD_BY, State
+from station.recording.viewers.state import STATE_TOPICS, State
 from station.rig.placed_arm import PlacedArm
 
 TOPIC = "camera/annotations"
@@ -37,7 +37,7 @@ class CameraAnnotations:
 
     def handlers(self) -> Mapping[str, Handler]:
         """See `Kind`."""
-        return {"camera/corners": self._on_corners} | dict.fromkeys(TOLD_BY, self._on_state)
+        return {"camera/corners": self._on_corners} | dict.fromkeys(STATE_TOPICS, self._on_state)
 
     def _on_state(self, message: Message, _: int) -> tuple[()]:
         self._state.take(message)

@@ -34,5 +34,5 @@ class ArmJointStates:
         self._pace.written(stamp_ns)
         self._written = message.position_rad
         joints = zip(message.name, message.position_rad, strict=False)
-        told = tuple(JointState(name, coarse(angle) or -0.0) for name, angle in joints)
-        yield foxglove(TOPIC, JointStates(Timestamp.from_ns(stamp_ns), told))
+        states = tuple(JointState(name, coarse(angle) or -0.0) for name, angle in joints)
+        yield foxglove(TOPIC, JointStates(Timestamp.from_ns(stamp_ns), states))

@@ -14,7 +14,7 @@ from station.rig.placed_arm import PlacedArm
 
 TOPIC = "session/state"
 WITHIN_A_PHASE = frozenset({"STEP_BEGIN", "STEP_END", "SYNC"})
-TOLD_BY = ("session/event", "arm/command", "session/sample")
+STATE_TOPICS = ("session/event", "arm/command", "session/sample")
 """The topics that the state is made of."""
 
 
@@ -28,7 +28,7 @@ class SessionState:
 
     def handlers(self) -> Mapping[str, Handler]:
         """See `Kind`."""
-        return dict.fromkeys(TOLD_BY, self._on_message)
+        return dict.fromkeys(STATE_TOPICS, self._on_message)
 
     def _on_message(self, message: Message, _: int) -> Iterable[Extra]:
         if self._state.take(message):

@@ -28,8 +28,8 @@ class Scene:
         try:
             self.model = mj.MjModel.from_xml_path(str(path))
         except (ValueError, OSError) as error:
-            told = " ".join(str(error).split())
-            raise UserError(f"Expected a MuJoCo scene in {path}, but it cannot be read: {told}") from error
+            reason = " ".join(str(error).split())
+            raise UserError(f"Expected a MuJoCo scene in {path}, but it cannot be read: {reason}") from error
         self.data = mj.MjData(self.model)
         self.block = self._named(mj.mjtObj.mjOBJ_BODY, keys.block, path, "block")
         joint = int(self.model.body_jntadr[self.block])

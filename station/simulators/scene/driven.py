@@ -96,7 +96,9 @@ class Driver:
             pull = load.at(number, pose, velocity)
             scene.model.opt.gravity[:] = scene.turn @ pull
             if found is not None:
-                began = self._told(found, float(times[number]), pose=pose, velocity=velocity, pull=pull, began=began)
+                began = self._set_found(
+                    found, float(times[number]), pose=pose, velocity=velocity, pull=pull, began=began
+                )
             quiet = math.isinf(began) and math.hypot(*velocity) < STILL_M_S and self._holds(pull)
             steps = every if quiet else 1
             mj.mj_step(scene.model, scene.data, steps)
@@ -107,7 +109,7 @@ class Driver:
         table[:, 3] = run.yaw_rad + np.unwrap(table[:, 3]) - table[0, 3]
         return table
 
-    def _told(
+    def _set_found(
         self, found: Found, time_s: float, *, pose: _Pose, velocity: _Velocity, pull: Array, began: float
     ) -> float:  # fmt: skip
         """Sets what was found for the next step; gives when the present slide began (inf: the block rests)."""

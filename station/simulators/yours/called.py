@@ -36,7 +36,9 @@ class Called(OwnFriction):
     def __init__(self, call: Caller, *, name: str, tells: bool) -> None:
         """Takes what calls the function, its name, and whether it can be told what was found (`tells`)."""
         self._call, self._name = call, name
-        self.why_untold = "" if tells else f"{name} could not be run with what was found: it takes no second argument"
+        self.why_not_rerun = (
+            "" if tells else f"{name} could not be run with what was found: it takes no second argument"
+        )
 
     def repeat(
         self, recorded: Signals, model: Model, *, rig: RigConfig, rng: np.random.Generator | None = None
@@ -63,8 +65,8 @@ class Called(OwnFriction):
         )
 
     def _run(self, commands: Commands, model: Model, friction: float) -> Answer:
-        if self.why_untold and needs_telling(model, friction):
-            raise UserError(self.why_untold)
+        if self.why_not_rerun and needs_telling(model, friction):
+            raise UserError(self.why_not_rerun)
         try:
             return self._call(commands, model, friction)
         except UserError as error:

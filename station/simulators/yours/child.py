@@ -36,7 +36,7 @@ class Child:
         Raises:
             UserError: if that fails.
         """
-        self._told, self._limit_s = f"{path}:{name}", limit_s
+        self._function, self._limit_s = f"{path}:{name}", limit_s
         words = [sys.executable, "-m", "station.simulators.yours.child", str(path), name]
         here = str(Path(__file__).parents[3])
         paths = os.pathsep.join([here, *filter(None, [os.environ.get("PYTHONPATH")])])
@@ -67,11 +67,11 @@ class Child:
         except queue.Empty:
             self.close()
             raise UserError(
-                f"Expected an answer of {self._told} within {limit_s:g} s, but {what} took longer; "
+                f"Expected an answer of {self._function} within {limit_s:g} s, but {what} took longer; "
                 "make it faster, or give it more time with --simulate-limit"
             ) from None
         if answer is EOFError:
-            raise UserError(f"Expected an answer of {self._told}, but its process ended: {self._process.wait()}")
+            raise UserError(f"Expected an answer of {self._function}, but its process ended: {self._process.wait()}")
         if isinstance(answer, UserError):
             raise answer
         return answer

@@ -36,7 +36,7 @@ def loaded(path: Path, name: str = NAMED) -> Function:
     try:
         module = module_in(path, name=path.stem)
     except BaseException as error:
-        raise UserError(f"Expected {path} to define a simulator, but importing it failed: {told(error)}") from error
+        raise UserError(f"Expected {path} to define a simulator, but importing it failed: {one_line(error)}") from error
     function = getattr(module, name, None)
     if not callable(function):
         raise UserError(f"Expected a function {name} in {path}, found none; name another one as {path}:FUNCTION")
@@ -59,20 +59,20 @@ def called(function: Function, commands: Commands, model: Model, friction: float
         UserError: with the run and what the function did wrong.
     """
     run = run_of(commands, Plate(commands, model))
-    told_what = (Found(model, commands, friction=friction),) if takes_found(function) else ()
+    found = (Found(model, commands, friction=friction),) if takes_found(function) else ()
     try:
         with np.errstate(all="ignore"):
-            given = function(run, *told_what)
+            given = function(run, *found)
     except (KeyboardInterrupt, GeneratorExit):
         raise
     except BaseException as error:
-        raise UserError(f"it raised {told(error)}") from error
+        raise UserError(f"it raised {one_line(error)}") from error
     try:
         return answer_of(given, run)
     except ValueError as error:
         raise UserError(str(error)) from error
 
 
-def told(error: BaseException) -> str:
+def one_line(error: BaseException) -> str:
     """An exception in one line."""
     return f"{type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")

@@ -72,7 +72,7 @@ RULES: tuple[Rule, ...] = (
     Rule(name="trifling place", places=(S + "search:is_trifling_place",), off=_false),
     Rule(
         name="paths judge laws",
-        places=(S + "search:judged", S + "comparison:judged"),
+        places=(S + "search:with_path_evidence", S + "comparison:with_path_evidence"),
         off=_as_they_are,
         differs=_against,
     ),

@@ -11,7 +11,7 @@ import pytest
 from shared.errors import UserError
 from shared.rig import CameraConfig, RigConfig
 from station.app.deploy import facts
-from station.app.deploy.facts import Facts, judge, parse_facts, require_supported
+from station.app.deploy.facts import Facts, findings_of, parse_facts, require_supported
 from station.app.deploy.systems import SYSTEMS, apt_packages, system_of
 
 PROBE = Path(facts.__file__).parent / "probe.sh"
@@ -41,13 +41,13 @@ PI_RIG = RigConfig(id="lab", camera=CameraConfig(driver="pi_camera"))
 
 def findings(changes: dict[str, str], *, forced: bool = False, rig: RigConfig = PI_RIG) -> list[str]:
     about = dataclasses.replace(TRIXIE, **changes)
-    found = judge(about, rig, system=system_of(about.codename), ahead_s=0.0, forced=forced)
+    found = findings_of(about, rig, system=system_of(about.codename), ahead_s=0.0, forced=forced)
     return [item.sentence for item in found if item.stops]
 
 
 def test_a_pi_with_trixie_is_accepted_without_a_word():
     require_supported(TRIXIE, foreign=False)
-    assert judge(TRIXIE, PI_RIG, system=SYSTEMS["trixie"], ahead_s=0.01, forced=False) == []
+    assert findings_of(TRIXIE, PI_RIG, system=SYSTEMS["trixie"], ahead_s=0.01, forced=False) == []
 
 
 @pytest.mark.parametrize(
@@ -100,9 +100,9 @@ def test_other_cameras_need_no_ribbon_cable():
 
 
 def test_a_wrong_clock_is_told_and_does_not_stop():
-    told = judge(TRIXIE, PI_RIG, system=SYSTEMS["trixie"], ahead_s=-86400.0, forced=False)
-    assert ["-86400.0 s" in item.sentence for item in told] == [True]
-    assert not told[0].stops
+    found = findings_of(TRIXIE, PI_RIG, system=SYSTEMS["trixie"], ahead_s=-86400.0, forced=False)
+    assert ["-86400.0 s" in item.sentence for item in found] == [True]
+    assert not found[0].stops
 
 
 def test_picamera2_is_debians_own_and_only_for_its_driver():

@@ -77,7 +77,7 @@ def test_only_what_changes_how_blocks_slide_is_told() -> None:
     patch = Term(named["friction_patch"], {**named["friction_patch"].neutral(), "slope_x": 0.1})
     film = Term(named["viscous"], {"drag_n_s_m": 0.01, "by_load": 0.0})
     model = Model(mu_s=MU, terms=(patch, film, _term("kinetic_drop")))
-    assert [term.effect.id for term in paths.told(model)] == ["viscous", "kinetic_drop"]
+    assert [term.effect.id for term in paths.sliding_terms(model)] == ["viscous", "kinetic_drop"]
 
 
 def test_two_laws_that_nearly_cancel_are_found_by_how_blocks_gather_speed() -> None:

@@ -76,7 +76,7 @@ def test_it_says_what_was_found_what_is_doubtful_and_what_to_do() -> None:
 def test_what_has_no_name_is_told_by_what_it_goes_with() -> None:
     """A row of the comparison that says only `other` would leave the reader with nothing to look at."""
     found = grained()
-    unnamed = [row.told for row in found.diagnosis.candidates if row.ids == ("other",)]
+    unnamed = [row.label for row in found.diagnosis.candidates if row.ids == ("other",)]
     assert unnamed
     assert all(told.startswith("other:") for told in unnamed)
     assert unnamed[0] in html_page(found.diagnosis, found.pictures)
@@ -257,8 +257,8 @@ def test_a_candidate_of_a_better_rank_has_no_smaller_weight() -> None:
     """The log odds give both: the BIC alone would give a pair, whose prior is smaller, more weight than its rank."""
     diagnosis = grained().diagnosis
     first, *_ = diagnosis.candidates
-    pair = replace(first, told="a pair", bic=first.bic + 2.0, twice_log_odds=first.twice_log_odds - 4.0, fitted=True)
-    promised = replace(first, told="a score", twice_log_odds=first.twice_log_odds + 50.0, fitted=False)
+    pair = replace(first, label="a pair", bic=first.bic + 2.0, twice_log_odds=first.twice_log_odds - 4.0, fitted=True)
+    promised = replace(first, label="a score", twice_log_odds=first.twice_log_odds + 50.0, fitted=False)
     text = what(replace(diagnosis, candidates=(replace(first, fitted=True), pair, promised)))
     ranked, scored = text.split("Stage 1: compared with the plain model")[1].split("Stage 1: not fitted")
     weights = [float(row.split("</td><td>")[6]) for row in ranked.split("<tr><td>")[1:]]

@@ -131,5 +131,5 @@ def camera_beside(table: Path) -> Camera:
             f"Expected the camera of the corners u0 to v3 of {table} in {path}, with the tables [camera] and [mark], "
             "but there is no such file"
         )
-    told = load_table(path)
-    return parse(Camera, Table({**told.values, "file": str(path)}, told.file, told.text))
+    loaded = load_table(path)
+    return parse(Camera, Table({**loaded.values, "file": str(path)}, loaded.file, loaded.text))

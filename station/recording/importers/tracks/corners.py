@@ -86,8 +86,8 @@ def _seen(seen_px: Array, camera: Camera, table: Tracks) -> Corners:
     ideal_px = camera.ideal(seen_px)
     geometry = camera.geometry(ideal_px)
     _refuse_another_mark(ideal_px, geometry, table.source)
-    told_px = camera.camera.sigma_px
-    sigma_px = noise_px(ideal_px, table.numbers["run"]) if told_px is None else told_px
+    configured_px = camera.camera.sigma_px
+    sigma_px = noise_px(ideal_px, table.numbers["run"]) if configured_px is None else configured_px
     return Corners(corner_px=ideal_px, sigma_px=sigma_px, camera=camera, geometry=geometry)
 
 
@@ -108,12 +108,12 @@ def _refuse_another_mark(ideal_px: Array, geometry: CameraGeometry, source: str)
     first, second, third, fourth = corners_on_plate(known.reshape(-1, 2), geometry).reshape(-1, 4, 2).transpose(1, 0, 2)
     across, along = third - first, fourth - second
     area = float(np.median(0.5 * (across[:, 1] * along[:, 0] - across[:, 0] * along[:, 1])))
-    told = geometry.marker_side_m**2 * geometry.marker_aspect
-    if not abs(area - told) < WRONG_AREA * told:
+    expected = geometry.marker_side_m**2 * geometry.marker_aspect
+    if not abs(area - expected) < WRONG_AREA * expected:
         order = "; the corners must run clockwise in the picture" if area < 0 else ""
         raise UserError(
-            f"Expected a mark of {1e6 * told:.4g} mm² in {source}, as {geometry.source} says, but its corners enclose "
-            f"{1e6 * area:.4g} mm²; look at side_m, height_m and position_m{order}"
+            f"Expected a mark of {1e6 * expected:.4g} mm² in {source}, as {geometry.source} says, but its corners "
+            f"enclose {1e6 * area:.4g} mm²; look at side_m, height_m and position_m{order}"
         )
 
 

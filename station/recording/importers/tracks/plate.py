@@ -53,9 +53,9 @@ def _known(table: Tracks, quantity: str) -> Array:
     values, run = table.numbers[quantity].copy(), table.numbers["run"]
     for one in np.unique(run[np.isnan(values)]):
         own = run == one
-        told = np.flatnonzero(own & np.isfinite(values))
-        if len(told) == 1:
-            values[own] = values[told[0]]
+        given = np.flatnonzero(own & np.isfinite(values))
+        if len(given) == 1:
+            values[own] = values[given[0]]
     if np.isnan(values).any():
         row = int(np.flatnonzero(np.isnan(values))[0]) + 1
         raise UserError(f"{table.source}, row {row}: expected the plate's attitude in every row, got no {quantity}")

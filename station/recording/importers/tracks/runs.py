@@ -118,9 +118,9 @@ def _refuse_mixed(table: Tracks, rows: list[NDArray[np.int64]]) -> None:
     steps = np.array([float(np.median(np.diff(table.numbers["t"][own]))) for own in rows])
     slow, fast = int(steps.argmax()), int(steps.argmin())
     if steps[slow] > EVEN * steps[fast]:
-        told = [f"{1 / steps[one]:.3g} Hz in run {table.numbers['run'][rows[one][0]]:.0f}" for one in (slow, fast)]
+        rates = [f"{1 / steps[one]:.3g} Hz in run {table.numbers['run'][rows[one][0]]:.0f}" for one in (slow, fast)]
         raise UserError(
-            f"Expected one rate in all runs of {table.source}, got {' and '.join(told)}; "
+            f"Expected one rate in all runs of {table.source}, got {' and '.join(rates)}; "
             "resample them, or import them apart"
         )
 
