@@ -127,7 +127,7 @@ class _Collected:
             else:
                 own = self._columns.get(topic) or self._angles[topic.removeprefix(ANGLE_PREFIX)]
                 taken = own.add(part.payloads, log_ns=part.log_ns, publish_ns=part.publish_ns)
-                self._reader.leave_out(topic, part.place[~taken].tolist())
+                self._reader.leave_out(topic, part.offset[~taken].tolist())
 
     def signals(self) -> Signals:
         """All of it, in the order of capture."""

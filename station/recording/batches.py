@@ -1,4 +1,4 @@
-"""The messages of chunks as places in their bytes, for those who read many of them at once.
+"""The messages of chunks as offsets in their bytes, for those who read many of them at once.
 
 The message indexes that follow a chunk say where its messages begin. They have no checksum of their own, so they are
 believed only if the records that they point at follow each other without a gap from the first to the last byte; else
@@ -31,7 +31,7 @@ _PREFIX = 9
 class Batch(NamedTuple):
     """Messages in the order of the file: channel, times (n,), and where their payloads are.
 
-    `place` (n,) is where the content of each begins in all that was unpacked: no other message has the same. Times
+    `offset` (n,) is where the content of each begins in all that was unpacked: no other message has the same. Times
     of 2^63 ns and later, which no clock has, are negative.
     """
 
@@ -39,12 +39,12 @@ class Batch(NamedTuple):
     log_ns: Integers
     publish_ns: Integers
     payloads: Payloads
-    place: Integers
+    offset: Integers
 
     def select(self, chosen: NDArray[Any]) -> Batch:
         """The messages that are chosen (n,)."""
-        channel, log_ns, publish_ns, payloads, place = self
-        return Batch(channel[chosen], log_ns[chosen], publish_ns[chosen], payloads.select(chosen), place[chosen])
+        channel, log_ns, publish_ns, payloads, offset = self
+        return Batch(channel[chosen], log_ns[chosen], publish_ns[chosen], payloads.select(chosen), offset[chosen])
 
 
 class Unpacked(NamedTuple):
@@ -52,22 +52,22 @@ class Unpacked(NamedTuple):
 
     records: bytes
     indexes: bytes
-    first_place: int
+    first_offset: int
 
 
 def batch_of(chunks: Sequence[Unpacked], *, wanted: Container[int]) -> Batch | None:
     """The messages of the wanted channels in successive chunks; None if the indexes are missing or wrong."""
-    begins, places, size = list[Integers](), list[Integers](), 0
+    begins, offsets, size = list[Integers](), list[Integers](), 0
     for chunk in chunks:
         begin = _begins(chunk.indexes)
         if begin is None:
             return None
         begins.append(np.sort(begin) + size)
-        places.append(begins[-1] - size + chunk.first_place + _PREFIX)
+        offsets.append(begins[-1] - size + chunk.first_offset + _PREFIX)
         size += len(chunk.records)
     # The records of chunks one after another are such records again.
     records = b"".join([*(chunk.records for chunk in chunks), bytes(PADDING)])
-    begin, place = (np.concatenate([np.empty(0, np.int64), *each]) for each in (begins, places))
+    begin, offset = (np.concatenate([np.empty(0, np.int64), *each]) for each in (begins, offsets))
     if len(begin) and not 0 <= begin.min() <= begin.max() <= size - _HEADER.itemsize:
         return None
     data = np.frombuffer(records, dtype=np.uint8)
@@ -78,7 +78,7 @@ def batch_of(chunks: Sequence[Unpacked], *, wanted: Container[int]) -> Batch | N
         header[name].astype(np.int64) for name in ("channel", "log_ns", "publish_ns", "length")
     )
     found = Batch(
-        channel, log_ns, publish_ns, Payloads(data, begin + _HEADER.itemsize, begin + _PREFIX + length), place
+        channel, log_ns, publish_ns, Payloads(data, begin + _HEADER.itemsize, begin + _PREFIX + length), offset
     )
     known = [number for number in np.unique(channel).tolist() if number in wanted]
     return found.select(np.isin(channel, known))
@@ -90,13 +90,13 @@ def batch_by_walking(chunk: Unpacked, *, wanted: Container[int]) -> Batch:
     Raises:
         DamageError: if they do not fit together.
     """
-    found = messages(chunk.records, wanted=wanted, first_place=chunk.first_place)
+    found = messages(chunk.records, wanted=wanted, first_offset=chunk.first_offset)
     data = np.frombuffer(b"".join([*(raw.payload for raw in found), bytes(PADDING)]), dtype=np.uint8)
     end = np.cumsum([len(raw.payload) for raw in found], dtype=np.int64)
     begin = np.concatenate([np.zeros(1, np.int64), end])[:-1]
-    columns = ((raw.channel_id, raw.log_ns, raw.publish_ns, raw.place) for raw in found)
-    channel, log_ns, publish_ns, place = np.array(list(columns), dtype=np.uint64).reshape(-1, 4).T.astype(np.int64)
-    return Batch(channel, log_ns, publish_ns, Payloads(data, begin, end), place)
+    columns = ((raw.channel_id, raw.log_ns, raw.publish_ns, raw.offset) for raw in found)
+    channel, log_ns, publish_ns, offset = np.array(list(columns), dtype=np.uint64).reshape(-1, 4).T.astype(np.int64)
+    return Batch(channel, log_ns, publish_ns, Payloads(data, begin, end), offset)
 
 
 def _begins(indexes: bytes) -> Integers | None:

@@ -38,8 +38,8 @@ class RawMessage(NamedTuple):
     sequence: int
     publish_ns: int
     payload: bytes
-    place: int = 0
-    """The place of its content in all that was unpacked: no other message of a reading has the same."""
+    offset: int = 0
+    """The offset of its content in all that was unpacked: no other message of a reading has the same."""
 
 
 def chunk_of(content: bytes) -> Chunk:
@@ -87,8 +87,8 @@ def _decompress(chunk: Chunk) -> bytes:
     raise ValueError(f"unknown compression '{chunk.compression}'")
 
 
-def messages(records: bytes, *, wanted: Container[int] | None = None, first_place: int = 0) -> list[RawMessage]:
-    """The messages of the wanted channels (None: of all), in the order of the file; places count from `first_place`."""
+def messages(records: bytes, *, wanted: Container[int] | None = None, first_offset: int = 0) -> list[RawMessage]:
+    """The messages of the wanted channels (None: of all), by the order of the file; offsets from `first_offset`."""
     found: list[RawMessage] = []
     position, end = 0, len(records)
     require_few(records)
@@ -100,7 +100,7 @@ def messages(records: bytes, *, wanted: Container[int] | None = None, first_plac
                 channel, sequence, log_ns, publish_ns = _MESSAGE.unpack_from(records, position)
                 if wanted is None or channel in wanted:
                     payload = records[position + _MESSAGE.size : position + length]
-                    found.append(RawMessage(log_ns, channel, sequence, publish_ns, payload, first_place + position))
+                    found.append(RawMessage(log_ns, channel, sequence, publish_ns, payload, first_offset + position))
             position += length
     except struct.error as error:
         raise DamageError(f"a chunk's records do not fit together ({error})") from error

@@ -39,8 +39,8 @@ class RecordingReader(RecordingInfo):
     def __init__(self, path: Path, summary: Summary) -> None:
         super().__init__(path, summary)
         self._left_out = LeftOut()
-        self.first_place = 0
-        """The size of the parts before this one: a message's place in the whole recording is its own and this."""
+        self.first_offset = 0
+        """The size of the parts before this one: a message's offset in the whole recording is its own and this."""
 
     def messages(
         self,
@@ -64,15 +64,15 @@ class RecordingReader(RecordingInfo):
             assert info.message is not None
             message = message_of(info.message, raw)
             if message is None:
-                self.leave_out(info.name, [raw.place])
+                self.leave_out(info.name, [raw.offset])
                 continue
             yield Recorded(
                 info.name, payload=raw.payload, message=message, publish_ns=raw.publish_ns, log_ns=raw.log_ns
             )
 
-    def leave_out(self, topic: str, places: Iterable[int]) -> None:
-        """Takes note, by their places, of payloads that are no message of their topic; the first of each is told."""
-        if self._left_out.add(topic, [self.first_place + place for place in places]):
+    def leave_out(self, topic: str, offsets: Iterable[int]) -> None:
+        """Takes note, by their offsets, of payloads that are no message of their topic; the first of each is told."""
+        if self._left_out.add(topic, [self.first_offset + offset for offset in offsets]):
             warning = "%s: /%s holds payloads that are no messages of it; they are left out"
             _LOG.warning(warning, self.path, visible(topic))
 
@@ -81,9 +81,9 @@ class RecordingReader(RecordingInfo):
         """Payloads by topic that are no message of it, as far as the file was read: they are left out."""
         return self._left_out.counts
 
-    def count_as_part_of(self, whole: RecordingReader, first_place: int) -> None:
+    def count_as_part_of(self, whole: RecordingReader, first_offset: int) -> None:
         """Takes note of what is left out in the recording of which this is a part, behind what parts before it hold."""
-        self._left_out, self.first_place = whole._left_out, first_place
+        self._left_out, self.first_offset = whole._left_out, first_offset
 
     def _wanted(self, topics: Collection[str] | None, *, truth: bool) -> dict[int, TopicInfo]:
         names = None if topics is None else {topic.removeprefix("/") for topic in topics}
@@ -116,7 +116,7 @@ class RecordingReader(RecordingInfo):
         """The messages of these times; those with stamps that no message has are left out."""
         stamped = (batch.log_ns >= 0) & (batch.publish_ns >= 0)
         for number in np.unique(batch.channel[~stamped]).tolist():
-            self.leave_out(wanted[number].name, batch.place[~stamped & (batch.channel == number)].tolist())
+            self.leave_out(wanted[number].name, batch.offset[~stamped & (batch.channel == number)].tolist())
         return batch.select(stamped & (batch.log_ns >= low) & (batch.log_ns < high))
 
     def _span(self, from_ns: int | None, to_ns: int | None) -> tuple[int, int]:
@@ -160,5 +160,5 @@ class RecordingReader(RecordingInfo):
             try:
                 found.append((log_ns, publish_ns, wire.decode(cls, batch.payloads.bytes(number))))
             except UserError:
-                self.leave_out(topic, [int(batch.place[number])])
+                self.leave_out(topic, [int(batch.offset[number])])
         return found

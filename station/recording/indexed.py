@@ -15,7 +15,7 @@ from shared.errors import UserError
 from station.recording.batches import Unpacked
 from station.recording.bounded import BROKEN, read_at
 from station.recording.chunks import HEAD, DamageError, RawMessage, chunk_of, messages, unpack
-from station.recording.places import Places, named
+from station.recording.index_entries import IndexEntries, named
 
 
 def damaged(path: Path, what: str) -> UserError:
@@ -60,7 +60,7 @@ class IndexedChunks:
         """
         records = self._records(file, index)
         try:
-            return messages(records, wanted=wanted, first_place=self._first_places[index.chunk_start_offset])
+            return messages(records, wanted=wanted, first_offset=self._first_offsets[index.chunk_start_offset])
         except BROKEN as error:
             raise self.damage_at(index, error) from error
 
@@ -71,12 +71,12 @@ class IndexedChunks:
             UserError: if it is damaged.
         """
         records, behind = self._records(file, index), index.chunk_start_offset + index.chunk_length
-        room = self._places.next_after(index.chunk_start_offset) - behind
+        room = self._entries.next_after(index.chunk_start_offset) - behind
         try:
             indexes = read_at(file, behind, min(index.message_index_length, room))
         except BROKEN as error:
             raise self.damage_at(index, error) from error
-        return Unpacked(records, indexes, self._first_places[index.chunk_start_offset])
+        return Unpacked(records, indexes, self._first_offsets[index.chunk_start_offset])
 
     def damage_at(self, index: ChunkIndex, error: BaseException) -> UserError:
         """The sentence on a damaged chunk."""
@@ -92,12 +92,12 @@ class IndexedChunks:
             raise self.damage_at(index, error) from error
 
     @cached_property
-    def _places(self) -> Places:
-        return Places(named(self._summary), size=self.path.stat().st_size)
+    def _entries(self) -> IndexEntries:
+        return IndexEntries(named(self._summary), size=self.path.stat().st_size)
 
     @cached_property
-    def _first_places(self) -> dict[int, int]:
-        """The size of the chunks before a chunk, by the place of the chunk in the file."""
+    def _first_offsets(self) -> dict[int, int]:
+        """The size of the chunks before a chunk, by the offset of the chunk in the file."""
         indexes = sorted(self._indexes, key=lambda index: index.chunk_start_offset)
         sizes = accumulate((index.uncompressed_size for index in indexes), initial=0)
         return {index.chunk_start_offset: before for index, before in zip(indexes, sizes, strict=False)}

@@ -6,16 +6,16 @@ from collections.abc import Iterable, Mapping
 
 
 class LeftOut:
-    """The places of such payloads by topic: however often one is read, it is counted once."""
+    """The offsets of such payloads by topic: however often one is read, it is counted once."""
 
     def __init__(self) -> None:
         self._found: dict[str, set[int]] = {}
 
-    def add(self, topic: str, places: Iterable[int]) -> bool:
+    def add(self, topic: str, offsets: Iterable[int]) -> bool:
         """Takes note of them; True for the first ones of their topic."""
         known = self._found.setdefault(topic, set())
         before = len(known)
-        known.update(places)
+        known.update(offsets)
         return bool(known) and not before
 
     @property

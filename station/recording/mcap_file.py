@@ -64,7 +64,7 @@ class Stream(Protocol):
 
 
 class _OpenChunk:
-    """The chunk in progress: its records, and for each channel the log time and place of every message, flat."""
+    """The chunk in progress: its records, and for each channel the log time and offset of every message, flat."""
 
     def __init__(self) -> None:
         self.records = bytearray()
@@ -201,7 +201,7 @@ class McapFile:
         data = COMPRESSIONS[self._compression](raw)
         record = Chunk(self._compression, data, chunk.end_ns, chunk.start_ns, zlib.crc32(raw), len(raw))
         packed, start = _packed(record), self._stream.tell()
-        indexes, places = self._packed_indexes(chunk, start + len(packed))
+        indexes, offsets = self._packed_indexes(chunk, start + len(packed))
         self._stream.write(packed + indexes)
         self._chunk_indexes.append(
             ChunkIndex(
@@ -211,7 +211,7 @@ class McapFile:
                 compressed_size=len(data),
                 message_end_time=chunk.end_ns,
                 message_index_length=len(indexes),
-                message_index_offsets=places,
+                message_index_offsets=offsets,
                 message_start_time=chunk.start_ns,
                 uncompressed_size=len(raw),
             )
@@ -219,14 +219,14 @@ class McapFile:
 
     def _packed_indexes(self, chunk: _OpenChunk, start: int) -> tuple[bytes, dict[int, int]]:
         """The message indexes of a chunk, and where in the file each channel's begins."""
-        packed, places = bytearray(), dict[int, int]()
+        packed, offsets = bytearray(), dict[int, int]()
         for channel, entries in chunk.index.items():
-            places[channel] = start + len(packed)
+            offsets[channel] = start + len(packed)
             size = 8 * len(entries)
             packed += _INDEX.pack(Opcode.MESSAGE_INDEX, 6 + size, channel, size)
             packed += struct.pack(f"<{len(entries)}Q", *entries)
             self._counts[channel] += len(entries) // 2
-        return bytes(packed), places
+        return bytes(packed), offsets
 
 
 def _packed(record: McapRecord) -> bytes:

@@ -14,11 +14,11 @@ from station.recording.bounded import BROKEN, require_unpacked_within
 from station.recording.chunks import DamageError
 from station.recording.file_reader import RecordingReader
 from station.recording.index import FOOTER_BYTES, read_index
+from station.recording.index_entries import named
 from station.recording.indexed import damaged
 from station.recording.mcap_file import MAGIC
 from station.recording.parted import PartedReader, continued_in
 from station.recording.parts import number_of, part_path
-from station.recording.places import named
 from station.recording.writer import PARTIAL
 
 _LOG = logging.getLogger(__name__)
@@ -87,10 +87,10 @@ def _require_bounded(file: BinaryIO, summary: Summary | None) -> None:
         return
     require_unpacked_within(summary.chunk_indexes, file_bytes=file.seek(0, 2))
     end = 0
-    for place in named(summary):
-        if place.offset < end:
-            raise DamageError(f"its records overlap (at byte {place.offset})")
-        end = place.offset + place.length
+    for entry in named(summary):
+        if entry.offset < end:
+            raise DamageError(f"its records overlap (at byte {entry.offset})")
+        end = entry.offset + entry.length
 
 
 def _check_ends(file: BinaryIO, path: Path) -> None:

@@ -32,10 +32,10 @@ class PartedReader(RecordingReader):
         self._parts = tuple(parts)
         for number, part in enumerate(parts, start=1):
             _require_same_session(parts[0], part, number)
-        for part, first_place in zip(
+        for part, first_offset in zip(
             parts, accumulate((part.unpacked_bytes for part in parts), initial=0), strict=False
         ):
-            part.count_as_part_of(self, first_place)
+            part.count_as_part_of(self, first_offset)
         self.seams = tuple(_seams(parts))
         held = [part for part in parts if part.message_count] or [parts[0]]
         self.start_ns = min(part.start_ns for part in held)
@@ -96,7 +96,7 @@ class PartedReader(RecordingReader):
         """The batches as of one file, part after part; a topic's number is another one in each."""
         for part in self._within(from_ns, to_ns):
             for channels, batch in part.batches(topics, from_ns, to_ns):
-                yield channels, batch._replace(place=batch.place + part.first_place)
+                yield channels, batch._replace(offset=batch.offset + part.first_offset)
 
     def _within(self, from_ns: int | None, to_ns: int | None) -> list[RecordingReader]:
         """The parts with messages of these times; one at least, which refuses what must not be asked for."""

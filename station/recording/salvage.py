@@ -16,8 +16,8 @@ from station.recording.bounded import BROKEN
 from station.recording.chunks import HEAD, RawMessage, chunk_of, definitions, messages, require_few
 from station.recording.described import any_has_checksum, attachment_of, metadata_of
 from station.recording.index import has_checksum, read_index
+from station.recording.index_entries import index_entries_of
 from station.recording.mcap_file import MAGIC
-from station.recording.places import places_of
 from station.recording.recorded import class_of, message_of
 from station.recording.room import BombError, Room
 from station.recording.walk import Gap, Record, holds_nothing, walk
@@ -91,7 +91,7 @@ class Salvage:
         room = Room(size)
         sure = summary if summary is not None and has_checksum(file) else None
         self._sealed = sure is not None and any_has_checksum(file, sure.attachment_indexes)
-        for record in walk(file, places_of(sure, size=size)):
+        for record in walk(file, index_entries_of(sure, size=size)):
             if isinstance(record, Gap):
                 self._take_note(record)
                 continue

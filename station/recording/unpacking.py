@@ -41,7 +41,7 @@ _FOLDS = tuple(
 
 
 class Payloads(NamedTuple):
-    """The places of n payloads: `data` (m,) with `PADDING` behind them, from `begin` (n,) to before `end` (n,)."""
+    """The offsets of n payloads: `data` (m,) with `PADDING` behind them, from `begin` (n,) to before `end` (n,)."""
 
     data: Bytes
     begin: Integers

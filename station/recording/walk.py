@@ -12,8 +12,8 @@ from mcap.opcode import Opcode
 from station.recording.bounded import read_at
 from station.recording.chunks import HEAD, MAX_CHUNK_BYTES, DamageError
 from station.recording.index import FOOTER_BYTES
+from station.recording.index_entries import IndexEntries, IndexEntry
 from station.recording.mcap_file import MAGIC
-from station.recording.places import Place, Places
 
 _DATA_END_BYTES = 4
 """The length of the record that ends the data: its CRC alone."""
@@ -29,7 +29,7 @@ _OF_INDEX = {
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """A record: its place in the file, its kind, its content, and its name in the index (None: it is not in there)."""
+    """A record: its offset in the file, its kind, its content, and its name in the index (None: it is not in there)."""
 
     offset: int
     opcode: int
@@ -45,7 +45,7 @@ class Gap:
     last: bool
 
 
-def walk(file: BinaryIO, places: Places) -> Iterator[Record | Gap]:
+def walk(file: BinaryIO, entries: IndexEntries) -> Iterator[Record | Gap]:
     """Every record of the data, and every gap between them, in the order of the file.
 
     A file that does not say where its data ends is cut off: it ends with a gap, though it may be of no bytes.
@@ -54,7 +54,7 @@ def walk(file: BinaryIO, places: Places) -> Iterator[Record | Gap]:
     """
     size, position, in_chunk = file.seek(0, 2), len(MAGIC), False
     while position < size:
-        found, end = _next(file, position, places, size)
+        found, end = _next(file, position, entries, size)
         if isinstance(found, Record):
             if _is_end(found, behind=size - end):
                 return
@@ -72,12 +72,12 @@ def _is_end(record: Record, *, behind: int) -> bool:
     return record.opcode == Opcode.DATA_END and len(record.content) == _DATA_END_BYTES
 
 
-def _next(file: BinaryIO, position: int, places: Places, size: int) -> tuple[Record | Gap, int]:
-    """The record or gap that begins there, and the place of the next.
+def _next(file: BinaryIO, position: int, entries: IndexEntries, size: int) -> tuple[Record | Gap, int]:
+    """The record or gap that begins there, and the offset of the next.
 
     Some writers give a length of 0 in their index: a length that cannot be is taken from the record's head.
     """
-    known, stop = places.at(position), places.next_after(position)
+    known, stop = entries.at(position), entries.next_after(position)
     if known is not None and HEAD.size <= known.length <= min(stop - position, MAX_CHUNK_BYTES):
         return _named(file, known), position + known.length
     head = read_at(file, position, HEAD.size)
@@ -90,7 +90,7 @@ def _next(file: BinaryIO, position: int, places: Places, size: int) -> tuple[Rec
     return Record(position, opcode, read_at(file, position + HEAD.size, length)), end
 
 
-def _named(file: BinaryIO, known: Place) -> Record:
+def _named(file: BinaryIO, known: IndexEntry) -> Record:
     content = read_at(file, known.offset + HEAD.size, known.length - HEAD.size)
     return Record(known.offset, known.opcode, content, known.name)
 
@@ -112,7 +112,7 @@ def holds_nothing(record: Record, *, indexed: bool) -> bool:
 
 
 def _is_message_index(content: bytes) -> bool:
-    """An index of messages has a channel, a size in bytes, and so many bytes: a time and a place for each message."""
+    """An index of messages has a channel, a size in bytes, and so many bytes: a time and an offset for each message."""
     if len(content) < _MESSAGE_INDEX.size:
         return False
     _, size = _MESSAGE_INDEX.unpack_from(content)

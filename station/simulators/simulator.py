@@ -47,8 +47,8 @@ class Simulator(Protocol):
 class OwnFriction:
     """A simulator that has a friction of its own: its model says what to change in it, and mu_s is a factor.
 
-    `AS_IT_IS` leaves it as it is. `why_not_rerun` is the reason, in one sentence, why it cannot be run with the friction
-    and pushes that were found; empty: it can.
+    `AS_IT_IS` leaves it as it is. `why_not_rerun` is the reason, in one sentence, why it cannot be run with the
+    friction and pushes that were found; empty: it can.
     """
 
     why_not_rerun: str = ""

@@ -28,9 +28,9 @@ class Quantiles:
     def at(self, share: float) -> float:
         """The value (ns) that `share` (0 to 1) of all lie at or below, within 1 %; NaN without values."""
         wanted, seen = share * self.count, 0
-        for place in sorted(self._bins):
-            seen += self._bins[place]
+        for index in sorted(self._bins):
+            seen += self._bins[index]
             if seen >= wanted:
-                middle = _SMALLEST_NS * 10 ** (place / _PER_DECADE)
+                middle = _SMALLEST_NS * 10 ** (index / _PER_DECADE)
                 return min(max(middle, self.smallest_ns), self.largest_ns)
         return math.nan

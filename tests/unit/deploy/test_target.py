@@ -13,7 +13,7 @@ import pytest
 
 from station.app.deploy.bundle import tool_archive
 from station.app.deploy.target import clock, main
-from station.app.deploy.target.places import Places, point
+from station.app.deploy.target.paths import TargetPaths, point
 
 
 def answer(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, object]:
@@ -58,13 +58,13 @@ def test_chrony_is_told_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         return ""
 
     monkeypatch.setattr(clock, "_chronyc", chronyc)
-    places = Places(tmp_path)
-    assert clock.follow(places, "192.168.7.1")
-    assert "server 192.168.7.1 iburst" in places.clock_source.read_text()
-    assert not clock.follow(places, "192.168.7.1")
-    assert clock.follow(places, "192.168.7.9"), "another laptop takes over"
-    clock.forget(places)
-    assert not places.clock_source.exists()
+    paths = TargetPaths(tmp_path)
+    assert clock.follow(paths, "192.168.7.1")
+    assert "server 192.168.7.1 iburst" in paths.clock_source.read_text()
+    assert not clock.follow(paths, "192.168.7.1")
+    assert clock.follow(paths, "192.168.7.9"), "another laptop takes over"
+    clock.forget(paths)
+    assert not paths.clock_source.exists()
     assert told == [("reload", "sources")] * 3
 
 

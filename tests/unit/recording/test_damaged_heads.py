@@ -11,8 +11,8 @@ import pytest
 from mcap.opcode import Opcode
 
 from station.recording.chunks import HEAD
+from station.recording.index_entries import index_entries_of
 from station.recording.mcap_file import MAGIC, McapFile
-from station.recording.places import places_of
 from station.recording.reader import RecordingReader, open_recording
 from station.recording.repair import Repaired, repair
 from station.recording.walk import Record, walk
@@ -50,7 +50,7 @@ def repaired(content: bytes, folder: Path, *, partial: bool) -> Repaired:
 def data_records(path: Path) -> Iterator[Record]:
     """The records of the data, found without their index."""
     with path.open("rb") as file:
-        for record in walk(file, places_of(None, size=path.stat().st_size)):
+        for record in walk(file, index_entries_of(None, size=path.stat().st_size)):
             assert isinstance(record, Record)
             yield record
 

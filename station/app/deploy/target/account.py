@@ -10,7 +10,7 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
-from .places import ACCOUNT, Refused
+from .paths import ACCOUNT, Refused
 
 GROUPS = ("video", "render")
 """Debian's groups of camera and memory-heap devices; one that is missing is passed over."""

@@ -6,15 +6,15 @@ import os
 import shutil
 import subprocess
 
-from .places import Places
+from .paths import TargetPaths
 
 _OPTIONS = "iburst minpoll 0 maxpoll 4 prefer"
 
 
-def follow(places: Places, station: str) -> bool:
+def follow(paths: TargetPaths, station: str) -> bool:
     """Makes the station a source of chrony's; True if that was not so before."""
     line = f"# The station's computer; written by `station deploy`.\nserver {station} {_OPTIONS}\n"
-    known = places.clock_source
+    known = paths.clock_source
     if known.is_file() and known.read_text() == line:
         return False
     known.parent.mkdir(parents=True, exist_ok=True)
@@ -23,10 +23,10 @@ def follow(places: Places, station: str) -> bool:
     return True
 
 
-def forget(places: Places) -> None:
+def forget(paths: TargetPaths) -> None:
     """Takes the station out of chrony's sources."""
-    if places.clock_source.exists():
-        places.clock_source.unlink()
+    if paths.clock_source.exists():
+        paths.clock_source.unlink()
         _chronyc("reload", "sources")
 
 

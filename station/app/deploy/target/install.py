@@ -11,7 +11,7 @@ from typing import Any
 
 from . import clock
 from .account import ensure_account, give_to_root, remove_account
-from .places import SERVICE, Places, Refused, point
+from .paths import SERVICE, Refused, TargetPaths, point
 from .smoke import try_release
 from .supervisors import Supervisor, stays_up, supervisor_of
 
@@ -39,40 +39,40 @@ def install(wanted: Wanted) -> dict[str, Any]:
     Raises:
         Refused: if it failed; the release that ran before then runs again.
     """
-    places = Places(Path(wanted.root))
+    paths = TargetPaths(Path(wanted.root))
     account = ensure_account(wanted=wanted.root == "/")
-    _state_folder(places, account)
-    release = places.releases / wanted.release
-    supervisor = supervisor_of(wanted.supervisor, places, account=account)
+    _state_folder(paths, account)
+    release = paths.releases / wanted.release
+    supervisor = supervisor_of(wanted.supervisor, paths, account=account)
     try:
-        _place_venv(places, wanted)
-        _place_release(places, wanted, account)
-        if not (places.release_of(places.current) == wanted.release and supervisor.running()):
+        _place_venv(paths, wanted)
+        _place_release(paths, wanted, account)
+        if not (paths.release_of(paths.current) == wanted.release and supervisor.running()):
             try_release(release, own_numpy=wanted.own_numpy, account=account)
     except (Refused, OSError) as error:
-        if places.release_of(places.current) != wanted.release:
+        if paths.release_of(paths.current) != wanted.release:
             shutil.rmtree(release, ignore_errors=True)
         raise error if isinstance(error, Refused) else Refused(f"The target refused a file: {error}") from error
     finally:
-        shutil.rmtree(places.incoming, ignore_errors=True)
+        shutil.rmtree(paths.incoming, ignore_errors=True)
     if wanted.station:
-        clock.follow(places, wanted.station)
-    switched = places.release_of(places.current) != wanted.release
-    changed = _switch(places, wanted, supervisor)
-    _prune(places)
+        clock.follow(paths, wanted.station)
+    switched = paths.release_of(paths.current) != wanted.release
+    changed = _switch(paths, wanted, supervisor)
+    _prune(paths)
     return {"changed": changed, "switched": switched, "pid": supervisor.running()}
 
 
-def _state_folder(places: Places, account: str) -> None:
-    places.state.mkdir(parents=True, exist_ok=True)
-    if places.root == Path("/"):
-        shutil.chown(places.state, account, account)
-    places.state.chmod(0o755)
+def _state_folder(paths: TargetPaths, account: str) -> None:
+    paths.state.mkdir(parents=True, exist_ok=True)
+    if paths.root == Path("/"):
+        shutil.chown(paths.state, account, account)
+    paths.state.chmod(0o755)
 
 
-def _place_venv(places: Places, wanted: Wanted) -> None:
+def _place_venv(paths: TargetPaths, wanted: Wanted) -> None:
     """The dependencies: a venv that sees the system's packages, made without pip, filled with the unpacked wheels."""
-    venv = places.venvs / wanted.venv
+    venv = paths.venvs / wanted.venv
     if (venv / "complete").exists():
         return
     shutil.rmtree(venv, ignore_errors=True)
@@ -81,35 +81,35 @@ def _place_venv(places: Places, wanted: Wanted) -> None:
     if done.returncode != 0:
         raise Refused(f"`{' '.join(words)}` failed: {(done.stderr or done.stdout).strip()}")
     site = next(venv.glob("lib/python3*/site-packages"))
-    for item in (places.incoming / "site").iterdir():
+    for item in (paths.incoming / "site").iterdir():
         shutil.move(item, site / item.name)
     give_to_root(site, account="root")
     compileall.compile_dir(str(site), quiet=2, workers=0)
     (venv / "complete").touch()
 
 
-def _place_release(places: Places, wanted: Wanted, account: str) -> None:
-    release = places.releases / wanted.release
+def _place_release(paths: TargetPaths, wanted: Wanted, account: str) -> None:
+    release = paths.releases / wanted.release
     if (release / "release.json").exists():
         return
     shutil.rmtree(release, ignore_errors=True)
-    places.releases.mkdir(parents=True, exist_ok=True)
-    shutil.move(places.incoming / "release", release)
+    paths.releases.mkdir(parents=True, exist_ok=True)
+    shutil.move(paths.incoming / "release", release)
     (release / "venv").symlink_to(Path("../../venvs") / wanted.venv)
     give_to_root(release, account=account)
     compileall.compile_dir(str(release), quiet=2, maxlevels=8)
 
 
-def _switch(places: Places, wanted: Wanted, supervisor: Supervisor) -> bool:
+def _switch(paths: TargetPaths, wanted: Wanted, supervisor: Supervisor) -> bool:
     """Switches to the release; False if it runs already, just so."""
-    before = places.release_of(places.current)
-    new_unit = supervisor.install(_unit_of(places, wanted.release))
+    before = paths.release_of(paths.current)
+    new_unit = supervisor.install(_unit_of(paths, wanted.release))
     if before == wanted.release and not new_unit and supervisor.running():
         return False
-    _other_supervisor(places, wanted).remove()
+    _other_supervisor(paths, wanted).remove()
     if before and before != wanted.release:
-        point(places.previous, places.releases / before)
-    point(places.current, places.releases / wanted.release)
+        point(paths.previous, paths.releases / before)
+    point(paths.current, paths.releases / wanted.release)
     try:
         supervisor.start()
         up = stays_up(supervisor, seconds=wanted.settle_s)
@@ -118,35 +118,35 @@ def _switch(places: Places, wanted: Wanted, supervisor: Supervisor) -> bool:
         up, reason = False, str(error)
     if not up:
         log = supervisor.log()
-        what = _back(places, supervisor) if before != wanted.release else "it is the release that was there before"
+        what = _back(paths, supervisor) if before != wanted.release else "it is the release that was there before"
         raise Refused(f"The new release did not stay up ({reason}); {what}. Its log ends:\n{log}")
     return True
 
 
-def _other_supervisor(places: Places, wanted: Wanted) -> Supervisor:
+def _other_supervisor(paths: TargetPaths, wanted: Wanted) -> Supervisor:
     """The one that is not wanted may run an agent from an earlier deployment."""
-    return supervisor_of("none" if wanted.supervisor == "systemd" else "systemd", places, account="root")
+    return supervisor_of("none" if wanted.supervisor == "systemd" else "systemd", paths, account="root")
 
 
-def _unit_of(places: Places, release: str) -> str:
-    return (places.releases / release / f"{SERVICE}.service").read_text()
+def _unit_of(paths: TargetPaths, release: str) -> str:
+    return (paths.releases / release / f"{SERVICE}.service").read_text()
 
 
-def _back(places: Places, supervisor: Supervisor) -> str:
+def _back(paths: TargetPaths, supervisor: Supervisor) -> str:
     """Switches from the current release to the one before, or to nothing, and deletes it; says what it did."""
-    bad, before = places.release_of(places.current), places.release_of(places.previous)
+    bad, before = paths.release_of(paths.current), paths.release_of(paths.previous)
     supervisor.stop()
-    if before and (places.releases / before).is_dir():
-        point(places.current, places.releases / before)
-        places.previous.unlink()
-        supervisor.install(_unit_of(places, before))
+    if before and (paths.releases / before).is_dir():
+        point(paths.current, paths.releases / before)
+        paths.previous.unlink()
+        supervisor.install(_unit_of(paths, before))
         supervisor.start()
         done = f"rolled back to release {before}, which runs again"
     else:
         supervisor.remove()
-        places.current.unlink()
+        paths.current.unlink()
         done = "there was none before it, so the agent is stopped and disabled"
-    shutil.rmtree(places.releases / bad, ignore_errors=True)
+    shutil.rmtree(paths.releases / bad, ignore_errors=True)
     return done
 
 
@@ -156,36 +156,36 @@ def roll_back(root: str, supervisor: str) -> dict[str, Any]:
     Raises:
         Refused: if nothing is installed.
     """
-    places = Places(Path(root))
-    if not places.release_of(places.current):
+    paths = TargetPaths(Path(root))
+    if not paths.release_of(paths.current):
         raise Refused("Nothing is installed, so there is nothing to roll back")
     account = ensure_account(wanted=root == "/")
-    return {"did": _back(places, supervisor_of(supervisor, places, account=account))}
+    return {"did": _back(paths, supervisor_of(supervisor, paths, account=account))}
 
 
 def uninstall(root: str, *, purge: bool) -> dict[str, Any]:
     """Removes all that deployments have put there; the calibrations too with `purge`."""
-    places = Places(Path(root))
-    supervisor_of("systemd", places, account="root").remove()
-    supervisor_of("none", places, account="root").remove()
-    clock.forget(places)
-    shutil.rmtree(places.home, ignore_errors=True)
-    if places.state.is_dir() and (purge or not any(places.state.iterdir())):
-        shutil.rmtree(places.state)
+    paths = TargetPaths(Path(root))
+    supervisor_of("systemd", paths, account="root").remove()
+    supervisor_of("none", paths, account="root").remove()
+    clock.forget(paths)
+    shutil.rmtree(paths.home, ignore_errors=True)
+    if paths.state.is_dir() and (purge or not any(paths.state.iterdir())):
+        shutil.rmtree(paths.state)
     if root == "/":
         remove_account()
-    return {"left": [str(places.state)] if places.state.exists() else []}
+    return {"left": [str(paths.state)] if paths.state.exists() else []}
 
 
 def status(root: str, supervisor: str) -> dict[str, Any]:
     """Tells what is installed and if it runs."""
-    places = Places(Path(root))
-    agent = supervisor_of(supervisor, places, account="root")
+    paths = TargetPaths(Path(root))
+    agent = supervisor_of(supervisor, paths, account="root")
     return {
-        "current": places.release_of(places.current),
-        "previous": places.release_of(places.previous),
-        "releases": _names(places.releases),
-        "venvs": [name for name in _names(places.venvs) if (places.venvs / name / "complete").exists()],
+        "current": paths.release_of(paths.current),
+        "previous": paths.release_of(paths.previous),
+        "releases": _names(paths.releases),
+        "venvs": [name for name in _names(paths.venvs) if (paths.venvs / name / "complete").exists()],
         "pid": agent.running(),
         "log": agent.log(),
         "clock": clock.tracking(),
@@ -196,14 +196,14 @@ def _names(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir()) if folder.is_dir() else []
 
 
-def _prune(places: Places) -> None:
+def _prune(paths: TargetPaths) -> None:
     """Deletes the oldest releases beyond `KEPT`, and the dependencies that no release uses."""
-    in_use = {places.release_of(places.current), places.release_of(places.previous)}
-    others = [path for path in places.releases.iterdir() if path.name not in in_use]
+    in_use = {paths.release_of(paths.current), paths.release_of(paths.previous)}
+    others = [path for path in paths.releases.iterdir() if path.name not in in_use]
     others.sort(key=lambda path: path.stat().st_mtime, reverse=True)
     for path in others[max(KEPT - len(in_use), 0) :]:
         shutil.rmtree(path)
-    used = {(path / "venv").readlink().name for path in places.releases.iterdir()}
-    for path in places.venvs.iterdir():
+    used = {(path / "venv").readlink().name for path in paths.releases.iterdir()}
+    for path in paths.venvs.iterdir():
         if path.name not in used:
             shutil.rmtree(path)

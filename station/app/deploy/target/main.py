@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from .install import Wanted, install, roll_back, status, uninstall
-from .places import Refused
+from .paths import Refused
 
 
 def main(words: list[str]) -> int:

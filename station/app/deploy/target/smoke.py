@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from .account import identity_of
-from .places import Refused
+from .paths import Refused
 
 _TRIAL = """
 import importlib, json, sys

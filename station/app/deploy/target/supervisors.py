@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Protocol
 
 from .account import identity_of
-from .places import SERVICE, Places, Refused
+from .paths import SERVICE, Refused, TargetPaths
 
 GRACE_S = 12.0
 
@@ -47,8 +47,8 @@ class Supervisor(Protocol):
 class Systemd:
     """The unit pi-agent.service."""
 
-    def __init__(self, places: Places) -> None:
-        self._unit = places.unit
+    def __init__(self, paths: TargetPaths) -> None:
+        self._unit = paths.unit
 
     def install(self, unit: str) -> bool:
         """See `Supervisor.install`."""
@@ -93,9 +93,9 @@ class Systemd:
 class Nobody:
     """A plain process in its own session: nobody starts it again after a fault or a reboot."""
 
-    def __init__(self, places: Places, *, account: str) -> None:
-        self._places, self._account = places, account
-        self._pid_file, self._log_file = places.state / "agent.pid", places.state / "agent.log"
+    def __init__(self, paths: TargetPaths, *, account: str) -> None:
+        self._paths, self._account = paths, account
+        self._pid_file, self._log_file = paths.state / "agent.pid", paths.state / "agent.log"
 
     def install(self, unit: str) -> bool:
         """See `Supervisor.install`: there is none."""
@@ -105,7 +105,7 @@ class Nobody:
     def start(self) -> None:
         """See `Supervisor.start`."""
         self.stop()
-        home = self._places.current
+        home = self._paths.current
         words = [str(home / "venv/bin/python"), "-m", "pi_agent", "run", "--rig", str(home / "rig.toml")]
         agent = identity_of(self._account)
         settings = {"PYTHONPATH": str(home), "PYTHONUNBUFFERED": "1", "REPOSE_KEYS": str(home / "keys")}
@@ -154,9 +154,9 @@ class Nobody:
         self._log_file.unlink(missing_ok=True)
 
 
-def supervisor_of(name: str, places: Places, *, account: str) -> Supervisor:
+def supervisor_of(name: str, paths: TargetPaths, *, account: str) -> Supervisor:
     """The supervisor called "systemd" or "none"."""
-    return Systemd(places) if name == "systemd" else Nobody(places, account=account)
+    return Systemd(paths) if name == "systemd" else Nobody(paths, account=account)
 
 
 def stays_up(supervisor: Supervisor, *, seconds: float) -> bool:

@@ -1,4 +1,4 @@
-"""The places, kinds and names of a finished recording's records, as its index has them.
+"""The offsets, kinds and names of a finished recording's records, as its index has them.
 
 The index has a checksum; the nine bytes at the head of a record, which say its kind and length, have none. What the
 index names is therefore found and read by it, and a record that it does not name may not run over one that it does.
@@ -16,7 +16,7 @@ from mcap.summary import Summary
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class IndexEntry:
     """A record as the index has it: `offset` and `length` in bytes with its head, and its kind."""
 
     offset: int
@@ -25,49 +25,49 @@ class Place:
     name: str = ""
 
 
-class Places:
-    """The places of one file, which is `size` bytes long."""
+class IndexEntries:
+    """The entries of one file, which is `size` bytes long."""
 
-    def __init__(self, places: Iterable[Place], *, size: int) -> None:
-        self._by_offset = {place.offset: place for place in places}
+    def __init__(self, entries: Iterable[IndexEntry], *, size: int) -> None:
+        self._by_offset = {entry.offset: entry for entry in entries}
         self._offsets = sorted(self._by_offset)
         self._size = size
 
-    def at(self, offset: int) -> Place | None:
+    def at(self, offset: int) -> IndexEntry | None:
         """The record that begins there, if the index names one."""
         return self._by_offset.get(offset)
 
     def next_after(self, offset: int) -> int:
-        """The place at which the next record of the index begins; the size of the file after the last."""
+        """The offset at which the next record of the index begins; the size of the file after the last."""
         number = bisect_right(self._offsets, offset)
         return self._offsets[number] if number < len(self._offsets) else self._size
 
 
-def places_of(summary: Summary | None, *, size: int) -> Places:
-    """The places that an index names; none without an index."""
-    return Places([] if summary is None else chain(_message_indexes(summary), named(summary)), size=size)
+def index_entries_of(summary: Summary | None, *, size: int) -> IndexEntries:
+    """The entries of an index; none without an index."""
+    return IndexEntries([] if summary is None else chain(_message_indexes(summary), named(summary)), size=size)
 
 
-def named(summary: Summary) -> list[Place]:
+def named(summary: Summary) -> list[IndexEntry]:
     """The chunks, attachments and metadata records that an index names, in the order of the file."""
-    return sorted(chain(_chunks(summary), _described(summary)), key=lambda place: place.offset)
+    return sorted(chain(_chunks(summary), _described(summary)), key=lambda entry: entry.offset)
 
 
-def _message_indexes(summary: Summary) -> Iterable[Place]:
+def _message_indexes(summary: Summary) -> Iterable[IndexEntry]:
     """The message indexes of each chunk, which stand behind it, one a channel, taken for one record."""
     for index in summary.chunk_indexes:
         if index.message_index_length:
             behind = index.chunk_start_offset + index.chunk_length
-            yield Place(behind, index.message_index_length, Opcode.MESSAGE_INDEX)
+            yield IndexEntry(behind, index.message_index_length, Opcode.MESSAGE_INDEX)
 
 
-def _chunks(summary: Summary) -> Iterable[Place]:
+def _chunks(summary: Summary) -> Iterable[IndexEntry]:
     for index in summary.chunk_indexes:
-        yield Place(index.chunk_start_offset, index.chunk_length, Opcode.CHUNK)
+        yield IndexEntry(index.chunk_start_offset, index.chunk_length, Opcode.CHUNK)
 
 
-def _described(summary: Summary) -> Iterable[Place]:
+def _described(summary: Summary) -> Iterable[IndexEntry]:
     for index in summary.attachment_indexes:
-        yield Place(index.offset, index.length, Opcode.ATTACHMENT, index.name)
+        yield IndexEntry(index.offset, index.length, Opcode.ATTACHMENT, index.name)
     for index in summary.metadata_indexes:
-        yield Place(index.offset, index.length, Opcode.METADATA, index.name)
+        yield IndexEntry(index.offset, index.length, Opcode.METADATA, index.name)

@@ -1,4 +1,4 @@
-"""Names the places of everything on the target."""
+"""Names the paths of everything on the target."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Refused(Exception):
 
 
 @dataclass(frozen=True)
-class Places:
+class TargetPaths:
     """All paths, below `root` ("/" on a Pi; a folder for an installation without privileges)."""
 
     root: Path
