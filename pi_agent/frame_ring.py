@@ -41,9 +41,9 @@ class FrameRing:
     def put(self, image: Image, corners: MarkerCorners) -> None:
         """Copies the frame `image` (height, width), 8-bit grey values, over the oldest one."""
         with self._lock:
-            place = self._count % self.capacity
-            self._images[place] = image
-            self._corners[place] = corners
+            slot = self._count % self.capacity
+            self._images[slot] = image
+            self._corners[slot] = corners
             self._count += 1
 
     def latest(self) -> KeptFrame | None:

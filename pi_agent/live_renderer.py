@@ -63,8 +63,8 @@ class LiveRenderer:
             mark_coat(scene, spot.mark, Pose(spot.x_mm, spot.y_mm, spot.yaw_rad), height_mm=0.0)
             for spot in scene.fiducials
         ]
-        self._outlines = [self._outline(place) for place in range(len(self._coats))]
-        self._painted = [self._painted_fiducial(place, (0.0, 0.0)) for place in range(len(self._coats))]
+        self._outlines = [self._outline(index) for index in range(len(self._coats))]
+        self._painted = [self._painted_fiducial(index, (0.0, 0.0)) for index in range(len(self._coats))]
         self._painted_for: list[Shift] = [(0.0, 0.0)] * len(self._coats)
 
     def render(self, pose: Pose | None, *, sag_px: Shift = (0.0, 0.0)) -> tuple[Image, Floats]:
@@ -91,8 +91,8 @@ class LiveRenderer:
         normal = self._rng.standard_normal(ground.shape, dtype=np.float32)
         return expose(ground, normal, sensor=self.scene.sensor, table=self._table)
 
-    def _outline(self, place: int) -> Floats:
-        spot = self.scene.fiducials[place]
+    def _outline(self, index: int) -> Floats:
+        spot = self.scene.fiducials[index]
         where = Pose(spot.x_mm, spot.y_mm, spot.yaw_rad)
         return project(spot.mark.outline_mm(), where, optics=self.scene.optics, height_mm=0.0)[0]
 
@@ -100,18 +100,18 @@ class LiveRenderer:
         """Keeps the fiducials up with the picture's movement."""
         behind = [max(abs(sag_px[0] - x), abs(sag_px[1] - y)) for x, y in self._painted_for]
         farthest = max(behind, default=0.0)
-        for place, distance in enumerate(behind):
+        for index, distance in enumerate(behind):
             if distance >= JUMP_PX or distance == farthest >= STILL_PX:
-                self._painted[place] = self._painted_fiducial(place, sag_px)
-                self._painted_for[place] = sag_px
+                self._painted[index] = self._painted_fiducial(index, sag_px)
+                self._painted_for[index] = sag_px
                 if farthest < JUMP_PX:
                     return
 
-    def _painted_fiducial(self, place: int, sag_px: Shift) -> tuple[Patch, Light]:
+    def _painted_fiducial(self, index: int, sag_px: Shift) -> tuple[Patch, Light]:
         whole = (float(round(sag_px[0])), float(round(sag_px[1])))
-        patch = patch_around(self._outlines[place] + np.asarray(sag_px), margin=FIDUCIAL_RIM_PX)
+        patch = patch_around(self._outlines[index] + np.asarray(sag_px), margin=FIDUCIAL_RIM_PX)
         ground = plate_patch(self.scene.plate, patch, sag_px=whole)
-        coats, still = (self._coats[place],), np.zeros(1)
+        coats, still = (self._coats[index],), np.zeros(1)
         return patch, paint(
             ground, coats, scene=self.scene, patch=patch, instants=still, quality=FIDUCIALS, sag_px=sag_px
         )

@@ -90,13 +90,13 @@ class Observer:
         interval_ns = round(1e9 / self._rig.camera.plate_rate_hz)
         if not self._plate_due_ns:
             share = interval_ns // len(self._plate)
-            self._plate_due_ns = [frame.capture_ns + place * share for place in range(len(self._plate))]
+            self._plate_due_ns = [frame.capture_ns + index * share for index in range(len(self._plate))]
         reports: list[MarkerCorners] = []
-        for place, (marker_id, tracker) in enumerate(self._plate.items()):
-            due_ns = self._plate_due_ns[place]
+        for index, (marker_id, tracker) in enumerate(self._plate.items()):
+            due_ns = self._plate_due_ns[index]
             if frame.capture_ns >= due_ns:
                 late_ns = (frame.capture_ns - due_ns) // interval_ns * interval_ns
-                self._plate_due_ns[place] = due_ns + late_ns + interval_ns
+                self._plate_due_ns[index] = due_ns + late_ns + interval_ns
                 seen = tracker.track(frame.image, capture_ns=frame.capture_ns)
                 reports.append(self._message(seen, frame, marker_id=marker_id))
         return reports

@@ -68,7 +68,7 @@ def fit_tone(series: Sequence[Exposed], *, rng: np.random.Generator) -> ToneFit:
         UserError: when the pictures do not tell it.
     """
     times = np.array([exposed.exposure_ms for exposed in series])
-    values = _places([exposed.frames.mean(axis=0) for exposed in series], rng)
+    values = _pixels([exposed.frames.mean(axis=0) for exposed in series], rng)
     usable = (values < SATURATED) & (values > DARK)
     usable &= usable.sum(axis=1, keepdims=True) >= 2
     if len(set(times.tolist())) < 2 or not usable.any() or np.ptp(values[usable]) < LEAST_SPAN:
@@ -101,8 +101,8 @@ def _straightened(inverse: Floats, *, seen: int) -> tuple[Floats, float]:
     return whole / whole[-1], bend
 
 
-def _places(means: list[Floats], rng: np.random.Generator) -> Floats:
-    """Mean values (places, exposures) of pixels spread over the values of the brightest picture."""
+def _pixels(means: list[Floats], rng: np.random.Generator) -> Floats:
+    """Mean values (pixels, exposures) of pixels spread over the values of the brightest picture."""
     brightest = means[int(np.argmax([float(mean.mean()) for mean in means]))].ravel()
     order = np.argsort(brightest + rng.uniform(0.0, 1e-3, brightest.size))
     # Even steps in value, not in rank: a plate is mostly of one grey.
@@ -119,16 +119,16 @@ def _solve(values: Floats, times: Floats, usable: NDArray[np.bool_]) -> tuple[Fl
     """
     has_usable = usable.any(axis=1)
     values, usable = values[has_usable], usable[has_usable]
-    place, shot = np.nonzero(usable)
-    position = values[place, shot] / 255.0 * (KNOTS - 1)
+    pixel, shot = np.nonzero(usable)
+    position = values[pixel, shot] / 255.0 * (KNOTS - 1)
     below = np.minimum(position.astype(int), KNOTS - 2)
     share = position - below
-    count, line = len(place), np.arange(len(place))
+    count, line = len(pixel), np.arange(len(pixel))
     rows = np.zeros((count + KNOTS - 1, KNOTS + len(values)))
     rows[line, below] += 1.0 - share
     rows[line, below + 1] += share
     mean = rows[:count].mean(axis=0)
-    rows[line, KNOTS + place] = -times[shot] / times.max()
+    rows[line, KNOTS + pixel] = -times[shot] / times.max()
     for knot in range(1, KNOTS - 1):
         rows[count + knot - 1, knot - 1 : knot + 2] = SMOOTH * np.array([1.0, -2.0, 1.0])
     rows[-1] = count * mean

@@ -103,14 +103,14 @@ class PixelReader:
             x, y = np.clip(x, 0.0, self.width - 1.001), np.clip(y, 0.0, self.height - 1.001)
         column, row = x.astype(np.int32), y.astype(np.int32)
         right, down = (x - column).astype(np.float32), (y - row).astype(np.float32)
-        place = row.astype(np.intp)
-        place *= self._stride
-        place += column
-        corners = np.empty((4, *place.shape), dtype=np.intp)
-        corners[0] = place
-        np.add(place, 1, out=corners[1])
-        np.add(place, self._stride, out=corners[2])
-        np.add(place, self._stride + 1, out=corners[3])
+        index = row.astype(np.intp)
+        index *= self._stride
+        index += column
+        corners = np.empty((4, *index.shape), dtype=np.intp)
+        corners[0] = index
+        np.add(index, 1, out=corners[1])
+        np.add(index, self._stride, out=corners[2])
+        np.add(index, self._stride + 1, out=corners[3])
         light = self._table.take(self._flat.take(corners))
         upper = light[0] + right * (light[1] - light[0])
         lower = light[2] + right * (light[3] - light[2])

@@ -138,26 +138,26 @@ class MovingModels:
     def at(self, motion_blur: Floats) -> tuple[StepModel, Floats]:
         """Estimators of four edges with about the motion blurs `motion_blur` (4,), and theirs (4,), in deviations."""
         last = len(self._small) - 1
-        places = np.array([min(round(each * (BETWEEN / MOTION_BLUR_STEP)), last) for each in motion_blur.tolist()])
-        small = self._small.take(places, axis=0)
-        table, other_table = _tables_at(self._tables, places)
+        indices = np.array([min(round(each * (BETWEEN / MOTION_BLUR_STEP)), last) for each in motion_blur.tolist()])
+        small = self._small.take(indices, axis=0)
+        table, other_table = _tables_at(self._tables, indices)
         model = StepModel(
             small[:, 3:],
-            self._solve.take(places, axis=0),
+            self._solve.take(indices, axis=0),
             table,
             other_table,
-            partial(self._sloped_at, places),
+            partial(self._sloped_at, indices),
             small[:, 0],
             small[:, 1],
             small[:, 2],
-            None if self._uneven is None else self._uneven.take(places, axis=0),
+            None if self._uneven is None else self._uneven.take(indices, axis=0),
         )
-        return model, places * (MOTION_BLUR_STEP / BETWEEN)
+        return model, indices * (MOTION_BLUR_STEP / BETWEEN)
 
-    def _sloped_at(self, places: NDArray[np.intp]) -> Sloped:
+    def _sloped_at(self, indices: NDArray[np.intp]) -> Sloped:
         """Few frames need it."""
-        (table,) = _tables_at(self._sloped_tables, places)
-        return Sloped(self._sloped.take(places, axis=0), table)
+        (table,) = _tables_at(self._sloped_tables, indices)
+        return Sloped(self._sloped.take(indices, axis=0), table)
 
 
 @lru_cache(maxsize=2)
@@ -182,9 +182,9 @@ def _tables_between(tables: list[list[Table]]) -> Floats:
     return np.ascontiguousarray(np.stack([answers, reach]))  # otherwise `take` copies all of them
 
 
-def _tables_at(tables: Floats, places: NDArray[np.intp]) -> list[Table]:
+def _tables_at(tables: Floats, indices: NDArray[np.intp]) -> list[Table]:
     """The tables of four edges, one behind the other."""
-    chosen = tables.take(places, axis=2)
+    chosen = tables.take(indices, axis=2)
     chosen[0] += EDGES_APART
     answers, reach = chosen.reshape(2, len(chosen[0]), -1)
     return [Table(each, there, EDGES_APART) for each, there in zip(answers, reach, strict=True)]

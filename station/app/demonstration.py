@@ -133,17 +133,17 @@ def reveal(concealed: Model, found: Diagnosis, known: Catalogue, *, shows: bool 
     """
     (term,) = concealed.terms
     said = [one for one in found.effects if one.id in found.names]
-    places = [place for place, one in enumerate(said) if term.effect.id in one.class_ids]
+    ranks = [rank for rank, one in enumerate(said) if term.effect.id in one.class_ids]
     near = bool(said) and said[0].id in confused(known, term.effect.id)
     lines = [
         f"Concealed: {term.effect.title}: {_planted(term)}",
         f"Found:     {'; '.join(_found(one, known) for one in said) or 'nothing that is sure enough to be named'}",
         *_improvement(found),
-        _right(further=len(said) > 1, first=places[0] == 0)
-        if places
+        _right(further=len(said) > 1, first=ranks[0] == 0)
+        if ranks
         else _wrong(said, near, _unseen(found, term.effect.id, shows)),
     ]
-    return Revealed(right=places[:1] == [0], lines=tuple(lines))
+    return Revealed(right=ranks[:1] == [0], lines=tuple(lines))
 
 
 def _right(*, further: bool, first: bool) -> str:

@@ -195,8 +195,8 @@ def _beside(effect: Effect, recorded: Found, simulated: Found, fits: Sequence[Fi
     numbers = tuple(
         Differs(name=f"{effect.id}.{name}", recording=each[0][name], simulation=each[1][name]) for name in names
     )
-    places = [[there.index(name) for name in names] for there, _ in known]
-    parts = [covariance[np.ix_(kept, kept)] for (_, covariance), kept in zip(known, places, strict=True)]
+    indices = [[there.index(name) for name in names] for there, _ in known]
+    parts = [covariance[np.ix_(kept, kept)] for (_, covariance), kept in zip(known, indices, strict=True)]
     gain = _gain(numbers, parts[0] + parts[1])
     odds = gain - _price(recorded, len(numbers))
     side: Side = "both" if all(has) or odds <= 0 else "recording" if has[0] else "simulation"

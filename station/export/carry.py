@@ -15,7 +15,7 @@ from typing import Any
 
 from station.export.sources import Definition, Import, Member, Source, global_names, source_of
 
-Place = tuple[str, str]
+Symbol = tuple[str, str]
 """A module of ours and a name that it defines."""
 
 
@@ -25,7 +25,7 @@ class Carried:
 
     text: str
     imports: tuple[str, ...]
-    names: Mapping[Place, str]
+    names: Mapping[Symbol, str]
 
     def name_of(self, thing: Any) -> str:
         """The name in the text of a function or class that was asked for."""
@@ -52,7 +52,7 @@ class _Needed:
 
     def __init__(self) -> None:
         self.definitions: dict[str, dict[Definition, None]] = {}
-        self.foreign: dict[Place, Import] = {}
+        self.foreign: dict[Symbol, Import] = {}
         self._users: dict[str, set[str]] = {}
         self._asked: set[str] = set()
         self._left_out: dict[Definition, int] = {}
@@ -85,7 +85,7 @@ class _Needed:
             visit(module)
         return [source_of(module) for module in done]
 
-    def _take(self, module: str, name: str, waiting: list[Place]) -> None:
+    def _take(self, module: str, name: str, waiting: list[Symbol]) -> None:
         found = source_of(module).find(name)
         if isinstance(found, Import):
             self._follow(module, name, found, waiting)
@@ -103,7 +103,7 @@ class _Needed:
             names = {node.id for node in nodes if isinstance(node, ast.Name)} - set(found.names)
             waiting += [(module, each) for each in sorted(names) if self._is_new(module, each)]
 
-    def _follow(self, module: str, name: str, found: Import, waiting: list[Place]) -> None:
+    def _follow(self, module: str, name: str, found: Import, waiting: list[Symbol]) -> None:
         if not found.ours:
             self.foreign[module, name] = found
             return
@@ -119,10 +119,10 @@ class _Needed:
         return found is not None and found not in self.definitions.get(module, {})
 
 
-def _names(needed: _Needed) -> dict[Place, str]:
+def _names(needed: _Needed) -> dict[Symbol, str]:
     """The name in the text of every name that a module uses."""
     taken: dict[str, object] = {}
-    names: dict[Place, str] = {}
+    names: dict[Symbol, str] = {}
     for source in needed.in_order():
         own: list[tuple[str, object]] = [
             (name, (source.module, name))
@@ -136,12 +136,12 @@ def _names(needed: _Needed) -> dict[Place, str]:
             names[source.module, name] = free
     for source in needed.in_order():
         for name, found in source.imports.items():
-            if found.ours and (place := _end_of(found)) in names:
-                names[source.module, name] = names[place]
+            if found.ours and (symbol := _end_of(found)) in names:
+                names[source.module, name] = names[symbol]
     return names
 
 
-def _imports(needed: _Needed, names: Mapping[Place, str]) -> tuple[str, ...]:
+def _imports(needed: _Needed, names: Mapping[Symbol, str]) -> tuple[str, ...]:
     """The import statements, one for each module."""
     found = {(one, names[key]) for key, one in needed.foreign.items()}
     whole = sorted(f"import {one.module}" + _alias(one.module, name) for one, name in found if not one.name)
@@ -157,13 +157,13 @@ def _alias(what: str, name: str) -> str:
     return "" if name == what else f" as {name}"
 
 
-def _end_of(found: Import) -> Place:
+def _end_of(found: Import) -> Symbol:
     """The module that defines what an import takes from ours."""
     further = source_of(found.module).find(found.name)
     return _end_of(further) if isinstance(further, Import) and further.ours else (found.module, found.name)
 
 
-def _part(source: Source, needed: _Needed, names: Mapping[Place, str]) -> str:
+def _part(source: Source, needed: _Needed, names: Mapping[Symbol, str]) -> str:
     """The needed definitions of one module, under a line with its name and its own words as a comment."""
     wanted = needed.definitions[source.module]
     chosen = [one for one in source.definitions if one in wanted]
@@ -180,7 +180,7 @@ def _spaced(chosen: Sequence[Definition], texts: Sequence[str]) -> Iterator[str]
         yield text if isinstance(one.nodes[0], ast.Assign | ast.AnnAssign) else f"\n\n{text}\n\n"
 
 
-def _text(source: Source, one: Definition, left_out: Sequence[Member], names: Mapping[Place, str]) -> str:
+def _text(source: Source, one: Definition, left_out: Sequence[Member], names: Mapping[Symbol, str]) -> str:
     """The lines of a definition with its names in the text, less the members that are left out."""
     lines = _renamed(source, one, names)
     gone = {number for member in left_out for node in member.nodes for number in _rows(node)}
@@ -193,7 +193,7 @@ def _rows(node: ast.stmt) -> range:
     return range(min([node.lineno, *(one.lineno for one in decorators)]) - 1, node.end_lineno or node.lineno)
 
 
-def _renamed(source: Source, one: Definition, names: Mapping[Place, str]) -> list[str]:
+def _renamed(source: Source, one: Definition, names: Mapping[Symbol, str]) -> list[str]:
     changes = [(node.lineno - 1, node.col_offset, node.id) for node in global_names(one.nodes)]
     changes += [(number, column, name) for number, column, name in _own_name(source, one)]
     lines = list(source.lines)

@@ -30,11 +30,11 @@ def by_direction(direction_rad: Array, values: Array, *, span_rad: float = math.
     The values keep their unit.
     """
     known = np.isfinite(direction_rad) & np.isfinite(values)
-    place = np.minimum((direction_rad[known] % span_rad / span_rad * bins).astype(np.int64), bins - 1)
-    count = np.bincount(place, minlength=bins)
-    total = np.bincount(place, weights=values[known], minlength=bins)
+    bin_index = np.minimum((direction_rad[known] % span_rad / span_rad * bins).astype(np.int64), bins - 1)
+    count = np.bincount(bin_index, minlength=bins)
+    total = np.bincount(bin_index, weights=values[known], minlength=bins)
     mean = np.divide(total, count, out=np.full(bins, np.nan), where=count > 0)
-    squares = np.bincount(place, weights=(values[known] - mean[place]) ** 2, minlength=bins)
+    squares = np.bincount(bin_index, weights=(values[known] - mean[bin_index]) ** 2, minlength=bins)
     sd = np.sqrt(np.divide(squares, count - 1, out=np.full(bins, np.nan), where=count > 1))
     return Bins(middle_rad=(np.arange(bins) + 0.5) * span_rad / bins, count=count, mean=mean, sd=sd)
 
@@ -50,9 +50,9 @@ def heat_map(centre_px: Array, values: Array, *, size_px: tuple[int, int], patch
     """
     columns, rows = (math.ceil(size / patch_px) for size in size_px)
     # The image begins half a pixel before the centre of its first one.
-    place = np.floor((centre_px + 0.5) / patch_px)
-    inside = np.isfinite(place).all(axis=1) & (place >= 0).all(axis=1) & (place < [columns, rows]).all(axis=1)
-    index = (place[inside, 1] * columns + place[inside, 0]).astype(np.int64)
+    patch = np.floor((centre_px + 0.5) / patch_px)
+    inside = np.isfinite(patch).all(axis=1) & (patch >= 0).all(axis=1) & (patch < [columns, rows]).all(axis=1)
+    index = (patch[inside, 1] * columns + patch[inside, 0]).astype(np.int64)
     count = np.bincount(index, minlength=rows * columns)
     total = np.bincount(index, weights=values[inside], minlength=rows * columns)
     mean = np.divide(total, count, out=np.full(rows * columns, np.nan), where=count > 0)

@@ -59,9 +59,9 @@ class Loads:
 
     def at_frames(self, values: Array) -> Array:
         """The `values` (…, n) on the grid, of any unit, read off at the frames (…, m)."""
-        place = np.clip((self.frames_s - self.grid[0]) / self.step_s, 0.0, len(self.grid) - 1.0)
-        before = np.minimum(place.astype(np.int64), len(self.grid) - 2)
-        return values[..., before] + (place - before) * (values[..., before + 1] - values[..., before])
+        position = np.clip((self.frames_s - self.grid[0]) / self.step_s, 0.0, len(self.grid) - 1.0)
+        before = np.minimum(position.astype(np.int64), len(self.grid) - 2)
+        return values[..., before] + (position - before) * (values[..., before + 1] - values[..., before])
 
     def since(self, what: Twice, t0: ArrayLike) -> Array:
         """∫∫ from each t0 (…,) to each frame, (…, n); zero before t0."""

@@ -43,7 +43,7 @@ class Card:
 
     def _header(self) -> str:
         count = sum(len(source.samples) for source in self.sources)
-        configs = [line for place, name in enumerate(TABLES) for line in _config(name, default=not place)]
+        configs = [line for index, name in enumerate(TABLES) for line in _config(name, default=not index)]
         lines = [
             *self.licence.card_lines(),
             f"pretty_name: {quoted(self.title)}",

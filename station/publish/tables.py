@@ -38,8 +38,8 @@ def _samples_of(source: Source, more: More, names: Sequence[str]) -> pa.Table:  
     count = len(source.samples)
     filled = {name: more.get(name, [math.nan] * count) for name in names}
     table = arrow_table(source.samples, more=filled)
-    for place, (name, column) in enumerate(_origin(source, count).items()):
-        table = table.add_column(place, name, column)
+    for index, (name, column) in enumerate(_origin(source, count).items()):
+        table = table.add_column(index, name, column)
     return table
 
 

@@ -137,7 +137,7 @@ def _joined(parts: list[Any], width: int) -> Any:
 
 
 def _taken(column: Any, order: NDArray[np.intp]) -> Any:
-    return [column[place] for place in order.tolist()] if isinstance(column, list) else column[order]
+    return [column[index] for index in order.tolist()] if isinstance(column, list) else column[order]
 
 
 def _whole(column: Any) -> Integers:
@@ -189,11 +189,11 @@ def pose_track(columns: Columns) -> PoseTrack:
     """The block's track by another tracker."""
     rows = columns.sorted()
     found = np.asarray(rows["found"], dtype=bool)
-    place, turn = _stacked(rows, "x y z"), _stacked(rows, "qw qx qy qz")
-    place[~found], turn[~found] = np.nan, np.nan
+    position, turn = _stacked(rows, "x y z"), _stacked(rows, "qw qx qy qz")
+    position[~found], turn[~found] = np.nan, np.nan
     return PoseTrack(
         time_ns=_whole(rows["publish_ns"]),
-        position_m=place,
+        position_m=position,
         quaternion=turn,
         sigma_m=np.asarray(rows["sigma_m"], dtype=float),
         sigma_rad=np.asarray(rows["sigma_rad"], dtype=float),

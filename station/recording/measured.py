@@ -75,7 +75,7 @@ def _columns(path: Path) -> dict[str, Sequence[Any]]:
         reader = csv.reader(file)
         header = next(reader, [])
         rows = [row + [""] * (len(header) - len(row)) for row in reader if row]
-    return {name: [row[place] for row in rows] for place, name in enumerate(header)}
+    return {name: [row[index] for row in rows] for index, name in enumerate(header)}
 
 
 def _of_parquet(path: Path) -> dict[str, Sequence[Any]]:

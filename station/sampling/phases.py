@@ -199,7 +199,7 @@ class Phases:
             post_corners_px=self.tracks.mean_corners_px(5),
             previous=self._previous_direction,
             specimen=self._specimen,
-            start=self.tracks.place_of(run.reference.corners_px if run.reference else ()),
+            start=self.tracks.pose_of(run.reference.corners_px if run.reference else ()),
             rate_rad_s=math.radians(self.state.run.rate_deg_s),
             environment=self.environment,
         )

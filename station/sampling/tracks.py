@@ -90,7 +90,7 @@ class Tracks:
         self._frames.append((self.frame_ns + shift_ns, message.corners_px))
         return True
 
-    def place_of(self, corners_px: tuple[float, ...]) -> tuple[float, float, float]:
+    def pose_of(self, corners_px: tuple[float, ...]) -> tuple[float, float, float]:
         """The block's x, y (m) and yaw (rad) on the plate; zeros without corners or calibration."""
         if self.geometry is None or not corners_px:
             return 0.0, 0.0, 0.0
@@ -106,7 +106,7 @@ class Tracks:
         """Returns how far, px, a square block slides when tilted at β until the foam stops it; inf if not known."""
         if self.geometry is None or not corners_px or not opening.walled or not self.geometry.mm_per_px > 0:
             return math.inf
-        block = square_corners(0.5 * side_m, self.place_of(corners_px))
+        block = square_corners(0.5 * side_m, self.pose_of(corners_px))
         pull = np.array([[math.sin(azimuth_rad), -math.cos(azimuth_rad)]])
         return float(opening.way_m(block, pull)[0]) * 1e3 / self.geometry.mm_per_px
 

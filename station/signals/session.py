@@ -60,7 +60,7 @@ class Signals:
     def runs(self) -> tuple[int, ...]:
         """The numbers of the runs that have events, in order of their beginning."""
         _, first = np.unique(self.events.run, return_index=True)
-        return tuple(int(self.events.run[place]) for place in np.sort(first))
+        return tuple(int(self.events.run[row]) for row in np.sort(first))
 
     def span_ns(self, run: int) -> tuple[int, int]:
         """First and last event of a run.

@@ -71,7 +71,7 @@ def errors(recorded: Signals, simulated: Signals) -> Errors:
     recorded_poses, simulated_poses = poses_of(recorded), poses_of(simulated)
     was, now = ({sample.run: sample for sample in each.samples} for each in (recorded, simulated))
     onset, path, turn = np.full((3, len(runs)), np.nan)
-    for place, run in enumerate(runs):
+    for index, run in enumerate(runs):
         first, second, same = was.get(run.run), now.get(run.run), again.get(run.run)
         begin_ns = run.begin_ns
         if first is not None and second is not None and not run.velocity.any():
@@ -79,11 +79,11 @@ def errors(recorded: Signals, simulated: Signals) -> Errors:
                 continue
             begin_ns = first.slip_ns
             # The sample of a block that held has the steepest tilt: the error is at least as large.
-            onset[place] = math.degrees(second.onset_angle_rad - first.onset_angle_rad)
+            onset[index] = math.degrees(second.onset_angle_rad - first.onset_angle_rad)
         if same is not None:
             later_ns = same.tilt_ns - run.tilt_ns
             theirs = simulated_poses.between(begin_ns + later_ns - STEP_NS, run.end_ns + later_ns + STEP_NS)
-            path[place], turn[place] = _apart(recorded_poses.between(begin_ns, run.end_ns), theirs, later_ns=later_ns)
+            path[index], turn[index] = _apart(recorded_poses.between(begin_ns, run.end_ns), theirs, later_ns=later_ns)
     return Errors(run=np.array([run.run for run in runs]), onset_deg=onset, path_mm=path, turn_deg=turn)
 
 

@@ -152,8 +152,8 @@ def some_runs(recorded: Signals, count: int) -> Signals:
     """
     every = recorded_runs(recorded)
     if len(every) > count:
-        places = np.unique(np.linspace(0, len(every) - 1, count).round().astype(int))
-        every = tuple(every[place] for place in places.tolist())
+        indices = np.unique(np.linspace(0, len(every) - 1, count).round().astype(int))
+        every = tuple(every[index] for index in indices.tolist())
     return _with_runs(recorded, every)
 
 
@@ -193,11 +193,11 @@ def _levelled(recorded: Signals, simulated: Signals, model: Model, *, rig: RigCo
     if not runs:
         return simulated
     number = numbers(recorded_runs(recorded))
-    place = {run.run: int(own) for run, own in zip(recorded_runs(recorded), number, strict=True)}
-    factor = np.ones(max(place.values()) + 1)
+    index = {run.run: int(own) for run, own in zip(recorded_runs(recorded), number, strict=True)}
+    factor = np.ones(max(index.values()) + 1)
     for _ in range(LEVELLED):
         for run in runs:
-            factor[place[run.run]] *= _step(simulated, run)
+            factor[index[run.run]] *= _step(simulated, run)
         factor = np.clip(factor, *_LEVELS)
         own = model.with_term(Term(OwnLevel(factor), {"on": 1.0}))
         simulated = engine.repeat(recorded, own, rig=rig)

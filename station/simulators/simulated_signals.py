@@ -47,7 +47,7 @@ class Outcome:
 
 
 Repeat = Callable[[Integers, Array], Outcome]
-"""Simulates the runs, and tells of the moments (q,) asked for: the run's place in the list, and the camera's stamp."""
+"""Simulates the runs, and tells of the moments (q,) asked for: the run's index in the list, and the camera's stamp."""
 
 
 class _Moments:
@@ -64,7 +64,7 @@ class _Moments:
         return np.searchsorted(self._begin, time_ns, side="right") - 1
 
     def ask(self, time_ns: Integers, *, later_s: float = 0.0) -> slice:
-        """Moments (q,), all of them in a run; gives their place in the answer."""
+        """Moments (q,), all of them in a run; gives their slice of the answer."""
         row = self.run_of(time_ns)
         self._rows.append(row)
         self._times.append(np.asarray((time_ns - self._begin[row]) * 1e-9 + later_s, dtype=float))
@@ -195,11 +195,11 @@ class _Mark:
         if not len(self._chosen):
             return self._track
         own = np.empty((len(self._chosen), 4, 2))
-        for number, (stamps, places) in enumerate(self._asked):
-            pose = outcome.pose[places[0]]
+        for number, (stamps, slices) in enumerate(self._asked):
+            pose = outcome.pose[slices[0]]
             velocity = np.zeros_like(pose)
             if self._moving:
-                velocity = (outcome.pose[places[2]] - outcome.pose[places[1]]) / (2.0 * _BLINK_S)
+                velocity = (outcome.pose[slices[2]] - outcome.pose[slices[1]]) / (2.0 * _BLINK_S)
             whole = stage.camera.block_px(stage.seen(stamps, pose, velocity), stage.model)
             if len(self._asked) == 1:
                 own = whole
@@ -273,10 +273,10 @@ def _samples(
     simulated: Signals, recorded: Signals, runs: Sequence[RecordedRun], outcome: Outcome
 ) -> tuple[Sample, ...]:  # fmt: skip
     """The recorded samples with the simulated onsets; a run that was not repeated keeps its own."""
-    place = {run.run: number for number, run in enumerate(runs)}
+    index = {run.run: number for number, run in enumerate(runs)}
     return tuple(
-        _sample(sample, simulated, runs[place[sample.run]], place[sample.run], outcome)
-        if sample.run in place
+        _sample(sample, simulated, runs[index[sample.run]], index[sample.run], outcome)
+        if sample.run in index
         else sample
         for sample in recorded.samples
     )

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from station.arm.drivers._servo_lines import FOLLOWING, HELD, IDLE, LEVELLING, PER_DEGREE, Lines, line, place
+from station.arm.drivers._servo_lines import FOLLOWING, HELD, IDLE, LEVELLING, PER_DEGREE, Lines, line, stage_report
 from tests.tilt_stage.emulated import EmulatedStage
 
 HERE = Path(__file__).parent
@@ -96,7 +96,7 @@ def test_the_sketch_and_the_emulator_are_the_same_stage(sketch: Path, script: Sc
 
 def reports(script: Script) -> list[tuple[str, float, float]]:
     """State and angles (degrees) of each report."""
-    found = [place(words, axes=2) for words in Lines().take(emulated(script))]
+    found = [stage_report(words, axes=2) for words in Lines().take(emulated(script))]
     return [(one.state, one.angles[0] / PER_DEGREE, one.angles[1] / PER_DEGREE) for one in found if one]
 
 

@@ -124,8 +124,8 @@ def _companions(rig: RigConfig, folder: Path) -> dict[str, bytes]:
     for name in names:
         if not name or Path(name).is_absolute():  # an absolute path is one on the Pi
             continue
-        place = folder / name
-        for path in [place] if place.is_file() else sorted(path for path in place.rglob("*") if path.is_file()):
+        named = folder / name
+        for path in [named] if named.is_file() else sorted(path for path in named.rglob("*") if path.is_file()):
             inside = (
                 path.resolve().relative_to(folder.resolve())
                 if path.resolve().is_relative_to(folder.resolve())
@@ -134,8 +134,8 @@ def _companions(rig: RigConfig, folder: Path) -> dict[str, bytes]:
             if inside is None:
                 raise UserError(f"Expected '{name}' to lie in the rig file's folder {folder}, got {path.resolve()}")
             files[str(inside)] = path.read_bytes()
-        if not place.exists():
-            raise UserError(f"Expected the file {place}, which the rig file names, got nothing")
+        if not named.exists():
+            raise UserError(f"Expected the file {named}, which the rig file names, got nothing")
     return files
 
 

@@ -145,12 +145,12 @@ class Remote:
         return best[1], best[0] / 2
 
     def keep(self, content: bytes) -> str:
-        """Puts a file onto the target for as long as the connection stands; gives its place."""
-        place = self.run(
+        """Puts a file onto the target for as long as the connection stands; gives its path."""
+        path = self.run(
             "sh", "-c", "f=$(mktemp /tmp/repose-deploy.XXXXXX) && cat > $f && echo $f", given=content
         ).strip()
-        self._kept.append(place)
-        return place
+        self._kept.append(path)
+        return path
 
     def _ssh(self, words: Sequence[str]) -> list[str]:
         return ["ssh", "-T", *self._words, "--", self.target, shlex.join(words)]

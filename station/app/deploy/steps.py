@@ -55,7 +55,7 @@ class Deployment:
         Raises:
             UserError: if there is no way to act on it with the privileges needed.
         """
-        self._remote, self.wishes, self._place = remote, wishes, ""
+        self._remote, self.wishes, self._tool_path = remote, wishes, ""
         probe = (Path(__file__).parent / "probe.sh").read_bytes()
         self.facts = facts.parse_facts(remote.run("sh", "-s", "--", wishes.root, wishes.python, given=probe))
         self._take_privileges()
@@ -213,8 +213,8 @@ class Deployment:
         Raises:
             UserError: with its sentence.
         """
-        self._place = self._place or self._remote.keep(bundle.tool_archive())
-        said = self._remote.run(self.wishes.python, self._place, *words, root=True, check=False)
+        self._tool_path = self._tool_path or self._remote.keep(bundle.tool_archive())
+        said = self._remote.run(self.wishes.python, self._tool_path, *words, root=True, check=False)
         lines = [line for line in said.splitlines() if line.startswith("{")]
         if not lines:
             raise UserError(

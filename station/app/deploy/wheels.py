@@ -88,10 +88,10 @@ def unpack(wheels: list[Path], site: Path) -> None:
     for wheel in wheels:
         with zipfile.ZipFile(wheel) as archive:
             for member in archive.infolist():
-                place = _place_in_site(member.filename)
-                if place is None or member.is_dir():
+                inside = _place_in_site(member.filename)
+                if inside is None or member.is_dir():
                     continue
-                target = (site / place).resolve()
+                target = (site / inside).resolve()
                 if not target.is_relative_to(site.resolve()):
                     raise UserError(f"{wheel}: expected paths inside the wheel, got '{member.filename}'")
                 target.parent.mkdir(parents=True, exist_ok=True)
@@ -100,7 +100,7 @@ def unpack(wheels: list[Path], site: Path) -> None:
 
 
 def _place_in_site(name: str) -> str | None:
-    """The place of a wheel's member; None for scripts, headers and data."""
+    """The path of a wheel's member; None for scripts, headers and data."""
     first, _, rest = name.partition("/")
     if not first.endswith(".data"):
         return name

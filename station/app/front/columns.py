@@ -41,17 +41,17 @@ def _numbered(name: str, values: Sequence[Sequence[float]]) -> Columns:
     table = np.full((len(values), LENGTHS[name]), np.nan)
     for row, vector in zip(table, values, strict=True):
         row[: len(vector)] = vector
-    return {f"{name}_{place}": table[:, place] for place in range(LENGTHS[name])}
+    return {f"{name}_{index}": table[:, index] for index in range(LENGTHS[name])}
 
 
 def corners(signals: Signals) -> Columns:
     """A row for each frame of the block's mark."""
     track = signals.corners
-    places = {f"{axis}{corner}_px": track.corner_px[:, corner, place] for corner in range(4) for place, axis in _XY}
+    columns = {f"{axis}{corner}_px": track.corner_px[:, corner, index] for corner in range(4) for index, axis in _XY}
     return {
         "time_ns": track.time_ns,
         "run": run_at(signals, track.time_ns),
-        **places,
+        **columns,
         **{f"dt{corner}_ns": track.corner_dt_ns[:, corner] for corner in range(4)},
         "sigma_px": track.sigma_px,
         "found": track.found,

@@ -113,11 +113,11 @@ def each(
 def row_of(task: tuple[str, str], *, work: Work, kept: Kept | None) -> Row:
     """Works on one recording; what goes wrong with it is in its row.
 
-    A task is its name and its place: a worker elsewhere in a cluster has another working folder.
+    A task is its name and its location: a worker elsewhere in a cluster has another working folder.
     """
-    began, (name, place) = time.monotonic(), task
+    began, (name, location) = time.monotonic(), task
     try:
-        return _row(name, place, work, kept, began)
+        return _row(name, location, work, kept, began)
     except UserError as error:
         reason = str(error)
     except Exception as error:
@@ -125,8 +125,8 @@ def row_of(task: tuple[str, str], *, work: Work, kept: Kept | None) -> Row:
     return Row(recording=name, status="failed", result={}, reason=reason, seconds=time.monotonic() - began)
 
 
-def _row(name: str, place: str, work: Work, kept: Kept | None, began: float) -> Row:
-    path = local(place)
+def _row(name: str, location: str, work: Work, kept: Kept | None, began: float) -> Row:
+    path = local(location)
     digest = _digest(path)
     found = kept.found(digest, name) if kept else None
     result = work(path, name) if found is None else found

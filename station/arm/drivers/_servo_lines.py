@@ -29,7 +29,7 @@ class Hello:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class StageReport:
     """A stage's report: its state, the number of the set-point that it took last, angles and speeds per axis."""
 
     state: str
@@ -72,12 +72,12 @@ def hello(words: list[str]) -> Hello | None:
     return Hello(numbers[0], bool(numbers[2]), tuple(zip(numbers[3::2], numbers[4::2], strict=True)))
 
 
-def place(words: list[str], *, axes: int) -> Place | None:
+def stage_report(words: list[str], *, axes: int) -> StageReport | None:
     """The report in the words `P state number angle speed…`; None if they are something else."""
     numbers = _numbers(words[2:]) if words[0] == "P" else []
     if len(numbers) != 1 + 2 * axes:
         return None
-    return Place(words[1], numbers[0], tuple(numbers[1::2]), tuple(numbers[2::2]))
+    return StageReport(words[1], numbers[0], tuple(numbers[1::2]), tuple(numbers[2::2]))
 
 
 def _numbers(words: list[str]) -> list[int]:

@@ -33,7 +33,7 @@ class ServoStage:
         self._options = parse(ServoOptions, link.options)
         self._link = open_link(self._options.port, baud=self._options.baud)
         self._lines = lines.Lines()
-        self._place: lines.Place | None = None
+        self._report: lines.StageReport | None = None
         self._reading: JointReading | None = None
         self._motion: JointTrajectory | None = None
         self._began_ns = self._said_ns = self._number = 0
@@ -58,12 +58,12 @@ class ServoStage:
     def tick(self, now_ns: int) -> None:
         """See `Driver.tick`."""
         self._receive(now_ns)
-        if now_ns - self._said_ns < _PERIOD_NS or self._place is None:
+        if now_ns - self._said_ns < _PERIOD_NS or self._report is None:
             return
-        if self._stopping and self._place.state != lines.IDLE:
+        if self._stopping and self._report.state != lines.IDLE:
             self._say(now_ns, "S")
         elif self._motion is not None:
-            self._drive(self._motion, self._place.state, now_ns)
+            self._drive(self._motion, self._report.state, now_ns)
 
     def _drive(self, motion: JointTrajectory, state: str, now_ns: int) -> None:
         """Sends the set-point of this moment, the last one on and on when the motion is over; arms before the first."""
@@ -94,9 +94,11 @@ class ServoStage:
             self._give_up(f"The line to the tilt stage at {self._options.port} is gone ({gone}): check its cable.")
             return
         for words in received:
-            if place := lines.place(words, axes=len(self._model.joints)):
-                self._place = place
-                angles, speeds = (lines.UNIT_RAD * np.array(part, np.float64) for part in (place.angles, place.speeds))
+            if report := lines.stage_report(words, axes=len(self._model.joints)):
+                self._report = report
+                angles, speeds = (
+                    lines.UNIT_RAD * np.array(part, np.float64) for part in (report.angles, report.speeds)
+                )
                 self._reading = JointReading(now_ns, self._model.joint_names, angles, speeds, np.zeros_like(angles))
             elif words[0] == "E" and self._motion is not None:
                 self._give_up(f"The tilt stage refuses a set-point: {' '.join(words[1:])}.")

@@ -80,7 +80,7 @@ def _coefficient(evidence: Evidence, fitted: Fit, term: Term, expression: str) -
         typical = float(np.mean(own.effect.friction(contact, own.values)))
         return level * float(np.exp(-np.mean(along.residual(model)))) * relative / typical
 
-    steps = [STEP if one.high > place + STEP else -STEP for one, place in zip(fitted.free, fitted.vector, strict=True)]
+    steps = [STEP if one.high > at + STEP else -STEP for one, at in zip(fitted.free, fitted.vector, strict=True)]
     middle = value(fitted.model)
     moves = [value(moved(fitted.model, one, step)) for one, step in zip(fitted.free, steps, strict=True)]
     slopes = (np.array(moves) - middle) / np.array(steps)
@@ -117,8 +117,8 @@ def _line(free: tuple[Parameter, ...], covariance: Array, values: Values) -> Com
     factors = axes[:, 0] / typical
     first = int(np.argmax(np.abs(axes[:, 0])))
     factors = factors / factors[first]
-    order = [first, *(place for place in range(len(free)) if place != first)]
-    words = [free[first].name, *(f"{factors[place]:+.3g} {free[place].name}" for place in order[1:])]
+    order = [first, *(index for index in range(len(free)) if index != first)]
+    words = [free[first].name, *(f"{factors[index]:+.3g} {free[index].name}" for index in order[1:])]
     return Combination(
         expression=" ".join(words),
         value=float(sum(factor * values[one.name] for factor, one in zip(factors, free, strict=True))),

@@ -53,24 +53,24 @@ class Fit:
 
     def sd(self, effect_id: str, parameter: str) -> float:
         """Standard error of a parameter in its unit; nan if it is not free."""
-        place = self._place(effect_id, parameter)
-        if place is None:
+        index = self._index(effect_id, parameter)
+        if index is None:
             return math.nan
-        return float(np.sqrt(max(self.covariance[place, place], 0.0))) * self.free[place].scale
+        return float(np.sqrt(max(self.covariance[index, index], 0.0))) * self.free[index].scale
 
     def at_bound(self, effect_id: str, parameter: str) -> bool:
         """True if a parameter is free and at one of its bounds."""
-        place = self._place(effect_id, parameter)
-        return place is not None and not self.free[place].low < self.vector[place] < self.free[place].high
+        index = self._index(effect_id, parameter)
+        return index is not None and not self.free[index].low < self.vector[index] < self.free[index].high
 
     def of_effect(self, effect_id: str) -> tuple[tuple[Parameter, ...], Array]:
         """The free parameters (k,) of an effect and their covariance (k, k), in their units."""
-        places = [place for place, number in enumerate(self.free) if number.effect and number.effect.id == effect_id]
-        scale = np.array([self.free[place].scale for place in places])
-        numbers = tuple(number for place in places if (number := self.free[place].parameter) is not None)
-        return numbers, self.covariance[np.ix_(places, places)] * np.outer(scale, scale)
+        indices = [index for index, number in enumerate(self.free) if number.effect and number.effect.id == effect_id]
+        scale = np.array([self.free[index].scale for index in indices])
+        numbers = tuple(number for index in indices if (number := self.free[index].parameter) is not None)
+        return numbers, self.covariance[np.ix_(indices, indices)] * np.outer(scale, scale)
 
-    def _place(self, effect_id: str, parameter: str) -> int | None:
+    def _index(self, effect_id: str, parameter: str) -> int | None:
         names = [(one.effect.id, one.parameter.name) if one.effect and one.parameter else None for one in self.free]
         return names.index((effect_id, parameter)) if (effect_id, parameter) in names else None
 

@@ -35,8 +35,8 @@ def with_tails(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Noise:
     white = whitening(stack(evidence, at))
     known = np.concatenate([evidence.known(channel) for channel in evidence.channels])
     friction, own, factor, tail = noise.friction, dict(noise.own), dict(noise.factor), dict(noise.tail)
-    for place, channel in enumerate(evidence.channels):
-        chosen = known & (whitening.channel == place)
+    for index, channel in enumerate(evidence.channels):
+        chosen = known & (whitening.channel == index)
         if evidence.is_record(channel):  # means of many readings have no tail, and no other scale
             continue
         tail[channel.name], scale = fitted_tail(white[chosen])

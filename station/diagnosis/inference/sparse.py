@@ -28,9 +28,9 @@ class Piece:
 
     def of(self, rows: Index) -> tuple[NDArray[np.bool_], Array]:
         """The mask (m,) of the `rows` (m,) that it has, and its values (fewer, columns) there."""
-        place = rows - self.first
-        inside = (place >= 0) & (place < len(self.values))
-        return inside, self.values[place[inside]]
+        index = rows - self.first
+        inside = (index >= 0) & (index < len(self.values))
+        return inside, self.values[index[inside]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,20 +54,20 @@ class Table:
 
     def beside(self, other: Table) -> Table:
         """Returns these columns with another table's after them."""
-        moved = (_renumbered(one, {place: place + self.shape[1] for place in one.columns}) for one in other.pieces)
+        moved = (_renumbered(one, {index: index + self.shape[1] for index in one.columns}) for one in other.pieces)
         return Table((self.shape[0], self.shape[1] + other.shape[1]), (*self.pieces, *moved))
 
     def chosen(self, columns: Sequence[int]) -> Table:
         """The columns with these numbers, in that order."""
-        number = {column: place for place, column in enumerate(columns)}
+        number = {column: index for index, column in enumerate(columns)}
         kept = (_renumbered(one, number) for one in self.pieces)
         return Table((self.shape[0], len(columns)), tuple(one for one in kept if one.columns))
 
 
 def _renumbered(piece: Piece, number: Mapping[int, int]) -> Piece:
     """The columns of a piece that have a new number, under it."""
-    known = [place for place, column in enumerate(piece.columns) if column in number]
-    columns = tuple(number[piece.columns[place]] for place in known)
+    known = [index for index, column in enumerate(piece.columns) if column in number]
+    columns = tuple(number[piece.columns[index]] for index in known)
     same = len(known) == len(piece.columns)
     return replace(piece, columns=columns, values=piece.values if same else piece.values[:, known])
 

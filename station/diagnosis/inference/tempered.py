@@ -88,7 +88,7 @@ def _step(log_value: Array, most: float) -> float:
 
 
 def _resampled(weight: Array, rng: np.random.Generator) -> Index:
-    """The draws (m,), by their places, that stand for weighted ones (systematic resampling)."""
+    """The draws (m,), by their indices, that stand for weighted ones (systematic resampling)."""
     marks = (rng.random() + np.arange(len(weight))) / len(weight)
     return np.minimum(np.searchsorted(np.cumsum(weight), marks), len(weight) - 1).astype(np.int64)
 

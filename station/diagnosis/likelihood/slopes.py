@@ -53,12 +53,12 @@ def differences(
     vector = vector_of(model, free)
     sizes = np.full(len(free), STEP) if steps is None else steps
     found = {name: np.zeros((len(values), len(free))) for name, values in at.items()}
-    for place, (number, size) in enumerate(zip(free, sizes.tolist(), strict=True)):
-        step = size if vector[place] + size <= number.high else -size
+    for index, (number, size) in enumerate(zip(free, sizes.tolist(), strict=True)):
+        step = size if vector[index] + size <= number.high else -size
         changed = moved(model, number, step)
         for channel in evidence.channels:
             if _changes(channel, number):
-                found[channel.name][:, place] = (channel.residual(changed) - at[channel.name]) / step
+                found[channel.name][:, index] = (channel.residual(changed) - at[channel.name]) / step
     return found
 
 

@@ -33,7 +33,7 @@ class Whitening:
     def __init__(self, evidence: Evidence, noise: Noise, *, shaking: Array | None = None) -> None:
         self.run: Index = np.concatenate([channel.rows.run for channel in evidence.channels])
         self.channel: Index = np.concatenate(
-            [np.full(len(channel), place, dtype=np.int64) for place, channel in enumerate(evidence.channels)]
+            [np.full(len(channel), index, dtype=np.int64) for index, channel in enumerate(evidence.channels)]
         )
         self.limit: Bools = np.concatenate([channel.rows.limit for channel in evidence.channels])
         self.tail: Array = np.array([noise.tail[channel.name] for channel in evidence.channels])[self.channel]
@@ -54,10 +54,10 @@ class Whitening:
         self._edges = np.searchsorted(self.block[self._order], np.arange(evidence.runs + 1))
         sizes = np.diff(self._edges)
         self._factors = np.zeros(int((sizes**2).sum()))
-        self._places = np.concatenate([[0], np.cumsum(sizes**2)])
+        self._factor_begins = np.concatenate([[0], np.cumsum(sizes**2)])
         rows = np.column_stack([variance, shared, own, place, size, reach, self.channel])[self._order]
         log_size, self._begins = np.zeros(len(self.run)), np.zeros(len(self.run), dtype=np.int64)
-        _factorise(rows, self._edges, self._places, self._factors, self._begins, log_size)
+        _factorise(rows, self._edges, self._factor_begins, self._factors, self._begins, log_size)
         self.log_scale: Array = np.bincount(self.run[self._order], log_size, evidence.runs).astype(np.float64)
 
     def __call__(self, values: Array) -> Array:
@@ -65,7 +65,7 @@ class Whitening:
         # A vector is one column; a matrix may have none, where there is nothing to fit.
         columns = np.ascontiguousarray(values[:, None] if values.ndim == 1 else values, dtype=np.float64)
         white = np.empty_like(columns)
-        _solve(self._order, self._edges, self._places, self._factors, self._begins, columns, white)
+        _solve(self._order, self._edges, self._factor_begins, self._factors, self._begins, columns, white)
         return white.reshape(values.shape)
 
     def parts(self, most: int = PART_ROWS) -> Iterator[tuple[Index, Callable[[Array], Array]]]:
@@ -79,7 +79,15 @@ class Whitening:
         edges = self._edges[first : last + 1] - self._edges[first]
         begins = self._begins[self._edges[first] : self._edges[last]]
         white = np.empty_like(values)
-        _solve(np.arange(len(values)), edges, self._places[first : last + 1], self._factors, begins, values, white)
+        _solve(
+            np.arange(len(values)),
+            edges,
+            self._factor_begins[first : last + 1],
+            self._factors,
+            begins,
+            values,
+            white,
+        )
         return white
 
 
@@ -137,8 +145,8 @@ def _solve(order: Any, edges: Any, places: Any, factors: Any, begins: Any, value
 def _loads(evidence: Evidence, noise: Noise, channel: Index) -> tuple[Array, Array]:
     """Loadings (rows,) of the shared friction of a block, and of its channel's random effect of it."""
     shared, own = np.zeros(len(channel)), np.zeros(len(channel))
-    for place, one in enumerate(evidence.channels):
-        of_channel = channel == place
+    for index, one in enumerate(evidence.channels):
+        of_channel = channel == index
         if one.shares_friction:
             shared[of_channel] = noise.friction
         if evidence.group is not None:

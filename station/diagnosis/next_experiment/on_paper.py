@@ -66,8 +66,8 @@ def on_paper(draw: Draw, *, mu_s: float) -> Recorded:
     return recorded
 
 
-def _attitude(draw: Draw, tilt: Array, place: Times, delay_s: float) -> Attitude:
-    rate, down = draw["rate"][place], draw["down"][place]
+def _attitude(draw: Draw, tilt: Array, run: Times, delay_s: float) -> Attitude:
+    rate, down = draw["rate"][run], draw["down"][run]
     tilt = tilt - rate * delay_s
     gravity = np.column_stack([np.sin(tilt) * np.cos(down), np.sin(tilt) * np.sin(down), -np.cos(tilt)])
     axis = np.column_stack([-np.sin(down), np.cos(down), np.zeros(len(down))])
@@ -76,19 +76,19 @@ def _attitude(draw: Draw, tilt: Array, place: Times, delay_s: float) -> Attitude
     return Attitude(gravity, axis * rate[:, None], still, alike, np.inf * alike, unknown, 0.1 * alike)
 
 
-def _moments(draw: Draw, facts: RunFacts, tilt: Array, place: Times, *, speed: Array, time_ns: Times) -> Moments:
-    way = np.column_stack([np.cos(draw["down"][place]), np.sin(draw["down"][place])])
+def _moments(draw: Draw, facts: RunFacts, tilt: Array, run: Times, *, speed: Array, time_ns: Times) -> Moments:
+    way = np.column_stack([np.cos(draw["down"][run]), np.sin(draw["down"][run])])
     return Moments(
         time_ns=time_ns,
-        run=place,
+        run=run,
         facts=facts,
-        attitude=lambda delay_s: _attitude(draw, tilt, place, delay_s),
-        place_m=np.column_stack([draw["x"][place], draw["y"][place]]) + way * (speed**2)[:, None],
-        yaw_rad=draw["yaw"][place],
+        attitude=lambda delay_s: _attitude(draw, tilt, run, delay_s),
+        place_m=np.column_stack([draw["x"][run], draw["y"][run]]) + way * (speed**2)[:, None],
+        yaw_rad=draw["yaw"][run],
         velocity_m_s=speed[:, None] * way,
         moving=speed > 0,
-        slip_ns=np.zeros(len(place), dtype=np.int64),
-        border_m=np.full(len(place), np.inf),
+        slip_ns=np.zeros(len(run), dtype=np.int64),
+        border_m=np.full(len(run), np.inf),
     )
 
 
@@ -100,11 +100,11 @@ def _rows(run: Times, sigma: float, moments: Moments, every: int) -> Rows:
 
 def _onsets(draw: Draw, facts: RunFacts, mu_s: float) -> Onsets:
     runs = len(draw["number"])
-    place, still = np.arange(runs), np.zeros(runs)
+    run, still = np.arange(runs), np.zeros(runs)
     moments = _moments(
-        draw, facts, np.full(runs, math.atan(mu_s)), place, speed=still, time_ns=np.zeros(runs, dtype=np.int64)
+        draw, facts, np.full(runs, math.atan(mu_s)), run, speed=still, time_ns=np.zeros(runs, dtype=np.int64)
     )
-    return Onsets(_rows(place, 0.003, moments, 1), moments)
+    return Onsets(_rows(run, 0.003, moments, 1), moments)
 
 
 def _slides(draw: Draw, facts: RunFacts, mu_s: float) -> tuple[Along, Across, Turn]:
@@ -112,11 +112,11 @@ def _slides(draw: Draw, facts: RunFacts, mu_s: float) -> tuple[Along, Across, Tu
     count = len(draw["number"])
     runs = np.repeat(np.arange(count), SLIDE_POINTS)
     share = np.tile((np.arange(SLIDE_POINTS) + 0.5) / SLIDE_POINTS, count)
-    place = np.repeat(runs, 3)
+    run = np.repeat(runs, 3)
     speed = np.repeat(0.12 * share * np.cbrt(draw["rate"][runs] / STANDARD_RATE_RAD_S), 3)
     tilt = math.atan(mu_s) + np.repeat(0.03 * share, 3)
     time_ns = np.round(np.repeat(0.5 * share, 3) * 1e9).astype(np.int64)
-    moments = _moments(draw, facts, tilt, place, speed=speed, time_ns=time_ns)
+    moments = _moments(draw, facts, tilt, run, speed=speed, time_ns=time_ns)
     gained = GRAVITY_M_S2 * (np.sin(tilt) - mu_s * np.cos(tilt))[1::3]
     way = np.column_stack([np.cos(draw["down"][runs]), np.sin(draw["down"][runs])])
     motion = Motion(moments, gained[:, None] * way, np.zeros(len(runs)))

@@ -124,7 +124,7 @@ def _scored(question: Question, evidence: Evidence) -> Session:
     return Session(
         question=question,
         scored=scored,
-        signals={rival: first + place for place, rival in enumerate(question.rivals)},
+        signals={rival: first + index for index, rival in enumerate(question.rivals)},
         runs=evidence.runs,
     )
 

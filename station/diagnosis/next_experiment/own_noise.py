@@ -39,8 +39,8 @@ def shares_of_priors(scored: Scores, truth: int, candidates: Sequence[Sequence[i
     """
     shares = np.zeros(len(candidates))
     for count in {len(one) for one in candidates}:
-        places = [place for place, one in enumerate(candidates) if len(one) == count]
-        shares[places] = _shares(scored, truth, np.array([candidates[place] for place in places]))
+        indices = [index for index, one in enumerate(candidates) if len(one) == count]
+        shares[indices] = _shares(scored, truth, np.array([candidates[index] for index in indices]))
     return shares
 
 

@@ -89,7 +89,7 @@ class Recorded:
 
 
 def redone(recorded: Recorded, picked: Times, draw: Draw, *, truths: Iterable[Model]) -> list[Evidence]:
-    """The session of the `picked` (n,) of the recorded runs, by their places, with the protocol `draw` (n,).
+    """The session of the `picked` (n,) of the recorded runs, by their indices, with the protocol `draw` (n,).
 
     It is done once for each of `truths`, whose blocks slide in the directions in which its own begin to. Where those of
     an earlier one go the SAME ways, it is the very same session.

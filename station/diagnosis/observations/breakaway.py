@@ -143,12 +143,12 @@ class Breakaways:
 
     def some(self, number: int) -> Breakaways:
         """The runs thinned to `number` of them, evenly spaced; all of them if there are fewer."""
-        return self.of_places(np.unique(np.linspace(0, len(self.runs) - 1, number).astype(int)))
+        return self.chosen(np.unique(np.linspace(0, len(self.runs) - 1, number).astype(int)))
 
-    def of_places(self, chosen: Times) -> Breakaways:
-        """The runs at the places `chosen` (m,) among these."""
-        rows = Rows(*(part[chosen] for part in self.rows))
-        return Breakaways([self.runs[row] for row in chosen], rows, self.tried_s[chosen], self.log_expected[chosen])
+    def chosen(self, indices: Times) -> Breakaways:
+        """The runs with the `indices` (m,) among these."""
+        rows = Rows(*(part[indices] for part in self.rows))
+        return Breakaways([self.runs[row] for row in indices], rows, self.tried_s[indices], self.log_expected[indices])
 
     def softened(self, times: float) -> Breakaways:
         """The same runs with `times` the noise, so that a law far from the truth still has a slope to climb."""

@@ -163,7 +163,7 @@ def _led(paths: Breakaways, start: Law, free: Sequence[str], softened: Sequence[
 def _fitted(paths: Breakaways, start: Law, free: Sequence[str], effort: Effort) -> _Found:
     numbers = [NUMBERS[name] for name in free]
     bent = [name for name in free if name in ALONG]
-    places = np.array([[*bent, SPREAD, CREEP].index(name) for name in free])
+    indices = np.array([[*bent, SPREAD, CREEP].index(name) for name in free])
     units = np.array([number.scale or 1.0 for number in numbers])
 
     def law_of(inner: Array) -> Law:
@@ -172,7 +172,7 @@ def _fitted(paths: Breakaways, start: Law, free: Sequence[str], effort: Effort) 
 
     def at(inner: Array) -> Sloped:
         law = law_of(inner)
-        return paths.sloped(law, law.along(bent)).of(places, units)
+        return paths.sloped(law, law.along(bent)).of(indices, units)
 
     begin = np.array([number.inner(getattr(start, name)) for name, number in zip(free, numbers, strict=True)])
     bounds = np.array([(number.inner(number.low), number.inner(number.high)) for number in numbers])

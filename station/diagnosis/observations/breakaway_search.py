@@ -39,11 +39,11 @@ class Sloped:
     complete: Array
     observed: Array
 
-    def of(self, places: Times, units: Array) -> Sloped:
-        """The same by the numbers with these places (f,), in these units (f,)."""
-        both, square = np.ix_(places, places), np.outer(units, units)
+    def of(self, indices: Times, units: Array) -> Sloped:
+        """The same by the numbers with these indices (f,), in these units (f,)."""
+        both, square = np.ix_(indices, indices), np.outer(units, units)
         return Sloped(
-            self.value, self.slope[places] * units, self.complete[both] * square, self.observed[both] * square
+            self.value, self.slope[indices] * units, self.complete[both] * square, self.observed[both] * square
         )
 
 

@@ -87,11 +87,11 @@ def _paths(read: Reread, onsets: Onsets | None) -> Paths | None:
     if read.paths is None or onsets is None:
         return None
     row = {int(run): row for row, run in enumerate(onsets.rows.run)}
-    known = np.array([place for place, run in enumerate(read.places) if run in row], dtype=np.int64)
+    known = np.array([index for index, run in enumerate(read.indices) if run in row], dtype=np.int64)
     if not len(known):
         return None
-    rows = np.array([row[read.places[place]] for place in known], dtype=np.int64)
-    return Paths.of(read.paths.of_places(known), onsets.moments.reported.chosen(rows), read.law)
+    rows = np.array([row[read.indices[index]] for index in known], dtype=np.int64)
+    return Paths.of(read.paths.chosen(known), onsets.moments.reported.chosen(rows), read.law)
 
 
 def _notes(recorded: Recorded) -> list[str]:

@@ -10,36 +10,36 @@ from numpy.typing import NDArray
 
 from station.physics.contact import Array
 
-Places = slice | NDArray[np.int64]
+Indices = slice | NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
 class Cubics:
     """Cubic Hermite interpolation of `values` (n, k) at rising times (n,), s.
 
-    `slopes` makes the slopes (m, k) at some of the places. A session's coefficients would take several times the room
+    `slopes` makes the slopes (m, k) at some of the times. A session's coefficients would take several times the room
     of what they are made from, for as long as its evidence is kept.
     """
 
     time_s: Array
     values: Array
-    slopes: Callable[[Places], Array]
+    slopes: Callable[[Indices], Array]
 
     def __call__(self, seconds: Array) -> Array:
         """The values (m, k) at times (m,); beyond the ends the outermost cubics go on."""
-        place, step, along = self._within(seconds)
+        index, step, along = self._within(seconds)
         back = 1.0 - along
         ends = (
-            back * back * (1.0 + 2.0 * along) * self.values[place]
-            + along * along * (3.0 - 2.0 * along) * self.values[place + 1]
+            back * back * (1.0 + 2.0 * along) * self.values[index]
+            + along * along * (3.0 - 2.0 * along) * self.values[index + 1]
         )
-        return ends + step * along * back * (back * self.slopes(place) - along * self.slopes(place + 1))
+        return ends + step * along * back * (back * self.slopes(index) - along * self.slopes(index + 1))
 
     def slope(self, seconds: Array) -> Array:
         """The slopes (m, k), by the second, at times `seconds` (m,), s."""
-        place, step, along = self._within(seconds)
-        rise = (self.values[place + 1] - self.values[place]) / step
-        first, last = self.slopes(place), self.slopes(place + 1)
+        index, step, along = self._within(seconds)
+        rise = (self.values[index + 1] - self.values[index]) / step
+        first, last = self.slopes(index), self.slopes(index + 1)
         return first + along * (2.0 * (3.0 * rise - 2.0 * first - last) + along * 3.0 * (first + last - 2.0 * rise))
 
     def bends(self) -> Array:
@@ -50,6 +50,6 @@ class Cubics:
 
     def _within(self, seconds: Array) -> tuple[NDArray[np.int64], Array, Array]:
         """The cubic (m,) in which each time lies, its length (m, 1), and the share of it (m, 1) that has gone."""
-        place = np.clip(np.searchsorted(self.time_s, seconds, side="right") - 1, 0, len(self.time_s) - 2)
-        step = (self.time_s[place + 1] - self.time_s[place])[:, None]
-        return place, step, (seconds - self.time_s[place])[:, None] / step
+        index = np.clip(np.searchsorted(self.time_s, seconds, side="right") - 1, 0, len(self.time_s) - 2)
+        step = (self.time_s[index + 1] - self.time_s[index])[:, None]
+        return index, step, (seconds - self.time_s[index])[:, None] / step

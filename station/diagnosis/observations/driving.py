@@ -31,8 +31,8 @@ def fictitious(plate: Attitude, place_m: Array, velocity_m_s: Array) -> Array:
 
     The blocks are at `place_m` (n, 2), m, with the velocities `velocity_m_s` (n, 2), m/s, in P.
     """
-    rate, place, velocity = plate.rate_rad_s, _flat(place_m), _flat(velocity_m_s)
-    turned = turned_push(plate.acceleration_rad_s2, rate, place)
+    rate, position, velocity = plate.rate_rad_s, _flat(place_m), _flat(velocity_m_s)
+    turned = turned_push(plate.acceleration_rad_s2, rate, position)
     return turned - plate.pivot_m_s2 - 2.0 * cross(rate, velocity)
 
 

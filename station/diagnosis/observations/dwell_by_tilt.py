@@ -31,9 +31,9 @@ class DwellByTilt:
 
     def at(self, tilt_rad: Array | float) -> Array:
         """Seconds (r,) when each run's plate has the tilt `tilt_rad`, (r,) or one for all."""
-        place = np.clip(np.asarray(tilt_rad) / GRID_RAD[1], 0.0, len(GRID_RAD) - 1.001)
-        below = np.broadcast_to(place.astype(np.int64), len(self.seconds))
-        share, run = place - below, np.arange(len(self.seconds))
+        position = np.clip(np.asarray(tilt_rad) / GRID_RAD[1], 0.0, len(GRID_RAD) - 1.001)
+        below = np.broadcast_to(position.astype(np.int64), len(self.seconds))
+        share, run = position - below, np.arange(len(self.seconds))
         return (1.0 - share) * self.seconds[run, below] + share * self.seconds[run, below + 1]
 
     def typical(self) -> Array:

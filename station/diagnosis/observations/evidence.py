@@ -26,7 +26,7 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Evidence:
-    """The evidence; `run_number` (r,) are the recording's own numbers, and rows refer to runs by their place in it.
+    """The evidence; `run_number` (r,) are the recording's own numbers, and rows refer to runs by their index in it.
 
     `tips` has the runs in which the block toppled: no channel has those. `paths` are the blocks' breakaways, if slides
     are not plain, whose slips were read with `rig_offsets`; `rides` are the slides frame by frame, for a simulator.

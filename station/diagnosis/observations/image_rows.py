@@ -50,7 +50,7 @@ FIXED = np.dtype(
 
 def rest_channel(recorded: Recorded) -> Sequence[Channel]:
     """The block's apparent motion before the onset, for runs in which the foam does not hold it."""
-    found = [pair for place, track in enumerate(recorded.tracks) for pair in _resting(recorded, place, track)]
+    found = [pair for run, track in enumerate(recorded.tracks) for pair in _resting(recorded, run, track)]
     if not found:
         return []
     before, now = (np.array(list(rows), dtype=STRETCH) for rows in zip(*found, strict=True))
@@ -68,14 +68,14 @@ def rest_channel(recorded: Recorded) -> Sequence[Channel]:
     return [Rest(rows, down_m, view=view, start=level, creeping=creeping, creep_s=creep_s, limit_rad=limit_rad)]
 
 
-def _resting(recorded: Recorded, place: int, track: RunTrack) -> Iterator[tuple[Any, Any]]:
+def _resting(recorded: Recorded, run: int, track: RunTrack) -> Iterator[tuple[Any, Any]]:
     """A run's stretch with the plate level beside each stretch of its tilt."""
-    level = stretch(place, track, track.level_ns, track.tilt_ns)
+    level = stretch(run, track, track.level_ns, track.tilt_ns)
     until = (track.slip_ns or track.end_ns) - BEFORE_SLIP_NS
     if level is None or until <= track.tilt_ns or track.sample.censored or leans(track, recorded.setting):
         return
     for span in spans(track.tilt_ns, until):
-        if (now := stretch(place, track, *span)) is not None:
+        if (now := stretch(run, track, *span)) is not None:
             yield level, now
 
 
@@ -127,8 +127,8 @@ def _fixed(recorded: Recorded, time_ns: Times, corner_m: Array, sigma_px: Array)
         return (seen.mean(axis=0), float(np.median(single_px)) / math.sqrt(len(seen))) if len(seen) else None
 
     rows = [
-        (place, *span, level[0], now[0], math.hypot(level[1], now[1]))
-        for place, track in enumerate(recorded.tracks)
+        (run, *span, level[0], now[0], math.hypot(level[1], now[1]))
+        for run, track in enumerate(recorded.tracks)
         if (level := mean(track.level_ns, track.tilt_ns)) is not None
         for span in spans(track.tilt_ns, track.slip_ns or track.end_ns)
         if (now := mean(*span)) is not None
@@ -184,15 +184,15 @@ def shape_channel(recorded: Recorded) -> Sequence[Channel]:
     return [Shape(rows, found["corner_m"], mark_m=mark_m, view=view, spread_m=spread_m)]
 
 
-def _shaped(recorded: Recorded, place: int, track: RunTrack) -> Iterator[Any]:
+def _shaped(recorded: Recorded, run: int, track: RunTrack) -> Iterator[Any]:
     """The stretches of a run in which the mark's shape is seen."""
     if track.corner_m is None:
         return
     until = track.slip_ns or track.end_ns
     still = [(track.level_ns, track.tilt_ns), ((track.tilt_ns + until) // 2, until - BEFORE_SLIP_NS)]
-    yield from (row for span in still if (row := stretch(place, track, *span)) is not None)
-    for window in recorded.windows[recorded.windows["run"] == place]:
-        if (row := stretch(place, track, window["from_ns"], window["to_ns"] + 1, moving=True)) is not None:
+    yield from (row for span in still if (row := stretch(run, track, *span)) is not None)
+    for window in recorded.windows[recorded.windows["run"] == run]:
+        if (row := stretch(run, track, window["from_ns"], window["to_ns"] + 1, moving=True)) is not None:
             yield row
 
 

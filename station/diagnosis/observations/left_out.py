@@ -23,8 +23,8 @@ def left_out(recorded: Recorded, channels: Sequence[Channel]) -> Mapping[str, in
     """The number of runs without a row of friction by the reason, which is a verb with the runs as its subject."""
     used = {int(run) for channel in channels if channel.shares_friction for run in channel.rows.run}
     counts = Counter({NO_EVENTS: len(recorded.signals.samples) - len(recorded.tracks)})
-    for place, track in enumerate(recorded.tracks):
-        if place not in used:
+    for run, track in enumerate(recorded.tracks):
+        if run not in used:
             counts[_reason(track, recorded)] += 1
     return {reason: count for reason, count in counts.items() if count}
 

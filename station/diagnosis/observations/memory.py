@@ -19,22 +19,22 @@ HANDLED_M, HANDLED_RAD = 2e-3, 0.1
 LAST_FRAMES = 10
 
 
-def memory_of(places: Sequence[int], down_rad: Array, tracks: Sequence[RunTrack]) -> dict[str, Array]:
-    """The covariates (n,) of the runs at these places among the tracks, tilted towards `down_rad` (n,); nan if unknown.
+def memory_of(runs: Sequence[int], down_rad: Array, tracks: Sequence[RunTrack]) -> dict[str, Array]:
+    """The covariates (n,) of `runs`, by their index among the tracks, tilted towards `down_rad` (n,); nan if unknown.
 
     They are the direction of the tilt before, the angle from it to this one, the length of the slide before (m), and
     the runs since the block was last moved by hand (nan if it never was: it would be the run's number).
     """
-    known = dict(zip(places, down_rad.tolist(), strict=True))
-    direction = np.array([known.get(place - 1, math.nan) for place in places])
-    slid = np.array([_length(tracks[place - 1]) if place > 0 else math.nan for place in places])
-    since = _since_handled(tracks)[list(places)]
+    known = dict(zip(runs, down_rad.tolist(), strict=True))
+    direction = np.array([known.get(run - 1, math.nan) for run in runs])
+    slid = np.array([_length(tracks[run - 1]) if run > 0 else math.nan for run in runs])
+    since = _since_handled(tracks)[list(runs)]
     handled = bool(np.any(np.diff(since) <= 0))
     return {
         "previous_direction": direction,
         "turned": down_rad - direction,
         "previous_slide": slid,
-        "since_handled": since if handled else np.full(len(places), math.nan),
+        "since_handled": since if handled else np.full(len(runs), math.nan),
     }
 
 

@@ -75,7 +75,7 @@ class Latest(Generic[T]):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Changed:
-    """Changes of m rows whose runs are done again: `rows` are the recorded ones, `run` (m,) the new runs' places.
+    """Changes of m rows whose runs are done again: `rows` are the recorded ones, `run` (m,) the new runs' indices.
 
     The run is turned about the plate's normal by `turn_rad` (m,) and carried from the place `from_m` to `to_m` (m, 2);
     the block's heading changes by `yaw_rad` (m,), the tilt is `faster` (m,) by a factor, the block has rested for

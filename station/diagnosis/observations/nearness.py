@@ -32,10 +32,10 @@ PITCH_NS = 4_000_000
 def crept_m(recorded: Recorded, stretches: Stretches) -> Array:
     """The way (n,), m, that blocks may have crept, on the mean over stretches (n,) of their tilts."""
     found, runs = np.zeros(len(stretches)), stretches["run"]
-    for place in np.unique(runs):
-        time_ns, share = nearness(recorded.tracks[place], recorded.slipping, recorded.reread.arm_m)
+    for run in np.unique(runs):
+        time_ns, share = nearness(recorded.tracks[run], recorded.slipping, recorded.reread.arm_m)
         crept = thresholds.SHORTEST_REACH_M * np.exp((share - 1.0) / thresholds.CREPT_SHARE)
-        total, rows = np.append(0.0, np.cumsum(crept)), runs == place
+        total, rows = np.append(0.0, np.cumsum(crept)), runs == run
         first = np.minimum(np.searchsorted(time_ns, stretches["from_ns"][rows]), len(time_ns) - 1)
         last = np.clip(np.searchsorted(time_ns, stretches["to_ns"][rows]), first + 1, len(time_ns))
         found[rows] = (total[last] - total[first]) / (last - first)

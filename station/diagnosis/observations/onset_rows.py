@@ -31,16 +31,16 @@ LEAST_SIGMA_RAD = 2e-4
 
 def onset_channel(recorded: Recorded) -> Sequence[Channel]:
     """The onsets of all runs that slid, and the limits of those that did not."""
-    chosen = [(place, track) for place, track in enumerate(recorded.tracks) if _usable(track, recorded)]
+    chosen = [(run, track) for run, track in enumerate(recorded.tracks) if _usable(track, recorded)]
     if not chosen:
         return []
     tracks = [track for _, track in chosen]
     time_ns = np.array([_moment_ns(track, recorded.plate) for track in tracks], dtype=np.int64)
     pose = starts(tracks)
-    dwell_by_tilt, plate = recorded.dwell_by_tilt.of([place for place, _ in chosen]), recorded.plate
+    dwell_by_tilt, plate = recorded.dwell_by_tilt.of([run for run, _ in chosen]), recorded.plate
     moments = Moments(
         time_ns=time_ns,
-        run=np.array([place for place, _ in chosen], dtype=np.int64),
+        run=np.array([run for run, _ in chosen], dtype=np.int64),
         facts=recorded.facts,
         attitude=lambda delay_s: plate.at(time_ns, delay_s=delay_s),
         place_m=pose[:, :2],
@@ -51,7 +51,7 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
         at_rest=True,
         steeper_rad=_steeper(tracks, recorded.slipping),
     )
-    contact, places = moments.reported, [place for place, _ in chosen]
+    contact, runs = moments.reported, [run for run, _ in chosen]
     tilt = contact.tilt_rad
     sigma = np.hypot([sigma_of(track.sample) for track in tracks], recorded.plate.sigma_rad(time_ns))
     sigma /= np.maximum(np.sin(tilt) * np.cos(tilt), 1e-3)
@@ -67,10 +67,10 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
             **covariates_of(contact),
             # The rate at the very moment is read with the onset: where a run held it is that of a plate at rest.
             "tilt_rate": np.array([abs(track.sample.tilt_rate_rad_s) for track in tracks]),
-            **memory_of(places, contact.down_rad, recorded.tracks),
+            **memory_of(runs, contact.down_rad, recorded.tracks),
         },
     )
-    return [Onsets(rows, moments, released(recorded, places))]
+    return [Onsets(rows, moments, released(recorded, runs))]
 
 
 def _usable(track: RunTrack, recorded: Recorded) -> bool:

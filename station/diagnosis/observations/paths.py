@@ -62,10 +62,10 @@ class Paths:
 
     def of_runs(self, number: Array) -> Paths | None:
         """The paths of the runs with the numbers `number` (m,), as `contact` has them; None without any."""
-        places = np.flatnonzero(np.isin(self.contact.run, number))
-        if not len(places):
+        indices = np.flatnonzero(np.isin(self.contact.run, number))
+        if not len(indices):
             return None
-        return replace(self, breakaways=self.breakaways.of_places(places), contact=self.contact.chosen(places))
+        return replace(self, breakaways=self.breakaways.chosen(indices), contact=self.contact.chosen(indices))
 
     def sliding_terms(self, model: Model) -> tuple[Term, ...]:
         """The terms of a model whose laws of sliding change these paths."""
@@ -117,11 +117,11 @@ class Paths:
             spread, creep_m = np.exp(inner[:2]).tolist()
             return _Sliding(self._speeds, _valued(start.terms, numbers, inner[2:]), spread, creep_m)
 
-        places = np.roll(np.arange(len(numbers) + 2), 2)
+        order = np.roll(np.arange(len(numbers) + 2), 2)
 
         def at(inner: Array) -> Sloped:
             along = _along(start.terms, numbers, inner[2:], self._speeds)
-            return near.sloped(law_of(inner), along).of(places, np.ones(len(inner)))
+            return near.sloped(law_of(inner), along).of(order, np.ones(len(inner)))
 
         shown = np.log([max(start.spread, 1e-3), start.creep_m])
         begin = np.concatenate([shown, _inner(start.terms, numbers)])
@@ -131,16 +131,16 @@ class Paths:
 
 
 _Number = tuple[int, Parameter]
-"""A term's place among the terms, and one of its parameters."""
+"""A term's index among the terms, and one of its parameters."""
 
 
 def _numbers(terms: Sequence[Term]) -> list[_Number]:
-    return [(place, parameter) for place, term in enumerate(terms) for parameter in term.effect.parameters]
+    return [(index, parameter) for index, term in enumerate(terms) for parameter in term.effect.parameters]
 
 
 def _inner(terms: Sequence[Term], numbers: Sequence[_Number]) -> Array:
     """The numbers (k,) in their typical sizes."""
-    return np.array([terms[place].values[parameter.name] / parameter.typical for place, parameter in numbers])
+    return np.array([terms[index].values[parameter.name] / parameter.typical for index, parameter in numbers])
 
 
 def _bounds(numbers: Sequence[_Number]) -> list[tuple[float, float]]:
@@ -150,8 +150,8 @@ def _bounds(numbers: Sequence[_Number]) -> list[tuple[float, float]]:
 def _valued(terms: Sequence[Term], numbers: Sequence[_Number], inner: Array) -> tuple[Term, ...]:
     """The terms with the numbers `inner` (k,), given in typical sizes."""
     changed: list[dict[str, float]] = [{} for _ in terms]
-    for (place, parameter), value in zip(numbers, inner.tolist(), strict=True):
-        changed[place][parameter.name] = parameter.clipped(value * parameter.typical)
+    for (index, parameter), value in zip(numbers, inner.tolist(), strict=True):
+        changed[index][parameter.name] = parameter.clipped(value * parameter.typical)
     return tuple(term.with_values(**values) for term, values in zip(terms, changed, strict=True))
 
 
@@ -177,9 +177,9 @@ def _along(terms: Sequence[Term], numbers: Sequence[_Number], inner: Array, spee
         return np.array(speeds.tables(_valued(terms, numbers, inner)))
 
     slopes = np.empty((2, len(inner), len(speeds.still), COUNT))
-    for place, step in enumerate(EPS * np.eye(len(inner))):
+    for index, step in enumerate(EPS * np.eye(len(inner))):
         above, below = np.minimum(inner + step, high), np.maximum(inner - step, low)
-        slopes[:, place] = (tables(above) - tables(below)) / (above - below)[place]
+        slopes[:, index] = (tables(above) - tables(below)) / (above - below)[index]
     return Along(*cubics(slopes))
 
 

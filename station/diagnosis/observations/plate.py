@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from shared.vectors import cross
 from station.diagnosis.observations.attitude_fit import fitted
-from station.diagnosis.observations.cubics import Cubics, Places
+from station.diagnosis.observations.cubics import Cubics, Indices
 from station.physics.contact import Array
 from station.physics.reversals import rising, turned_at
 from station.signals.pivot import pivot_in_plate
@@ -134,8 +134,8 @@ class PlateMotion:
         if not len(self):
             return False
         second = (time_ns - self._origin) * 1e-9
-        place = int(np.searchsorted(self._time_s, second))
-        return bool(np.min(np.abs(self._time_s[max(place - 1, 0) : place + 1] - second)) < COVERED_S)
+        index = int(np.searchsorted(self._time_s, second))
+        return bool(np.min(np.abs(self._time_s[max(index - 1, 0) : index + 1] - second)) < COVERED_S)
 
     def for_stamps(self, *, late_s: float) -> PlateMotion:
         """Gives the same motion, which stamps that are late by `late_s` ask for what was then."""
@@ -201,7 +201,7 @@ class PlateMotion:
         return self._rising[last], self._turned_rad[last], self._swing_rad[last]
 
     def _last(self, seconds: Array) -> Times:
-        """The last reading (n,) before each time (n,), s, by its place."""
+        """The last reading (n,) before each time (n,), s, by its index."""
         return np.clip(np.searchsorted(self._time_s, seconds, side="right") - 1, 0, len(self) - 1)
 
     def _rates_at(self, seconds: Array) -> Array:
@@ -242,8 +242,8 @@ class PlateMotion:
         if not len(self._steps_ns):
             return np.full(len(time_ns), 1e3)
         now = np.asarray(time_ns) - round(delay_s * 1e9)
-        place = np.searchsorted(self._steps_ns, now, side="right") - 1
-        return np.where(place >= 0, (now - self._steps_ns[np.maximum(place, 0)]) * 1e-9, 1e3)
+        index = np.searchsorted(self._steps_ns, now, side="right") - 1
+        return np.where(index >= 0, (now - self._steps_ns[np.maximum(index, 0)]) * 1e-9, 1e3)
 
 
 def _rate(known: AttitudeTrack, time_s: Array) -> Array:
@@ -254,9 +254,9 @@ def _rate(known: AttitudeTrack, time_s: Array) -> Array:
     return -cross(gravity, np.gradient(gravity, time_s, axis=0))
 
 
-def _turning(gravity: Array, rates: Array, places: Places) -> Array:
+def _turning(gravity: Array, rates: Array, indices: Indices) -> Array:
     """The change (m, 3), 1/s, of gravity (n, 3) by the rates (3, n) at some of the readings."""
-    return -cross(rates[:, places].T, gravity[places])
+    return -cross(rates[:, indices].T, gravity[indices])
 
 
 def _interpolated(seconds: Array, time_s: Array, columns: Array) -> Array:

@@ -75,26 +75,24 @@ def _fastest(contact: Contact, shape: tuple[int, int]) -> Times:
     return np.concatenate([first + size.argmax(axis=1) for size in sizes])
 
 
-def released(recorded: Recorded, places: Sequence[int]) -> Released | None:
-    """The slips of the onsets with these places (n,) among the runs, as far as their paths were read; else None."""
-    read = {place: slip for place, slip in recorded.reread.slips.items() if slip.run.swing is not None}
-    rows = [row for row, place in enumerate(places) if place in read]
+def released(recorded: Recorded, runs: Sequence[int]) -> Released | None:
+    """The slips of the onsets of these `runs` (n,), by their indices, as far as their paths were read; else None."""
+    read = {run: slip for run, slip in recorded.reread.slips.items() if slip.run.swing is not None}
+    rows = [row for row, run in enumerate(runs) if run in read]
     if not rows:
         return None
-    chosen = [places[row] for row in rows]
-    slips, tracks = [read[place] for place in chosen], [recorded.tracks[place] for place in chosen]
-    return Released(slips, _contact(recorded, slips, tracks, chosen), rows=np.array(rows), count=len(places))
+    chosen = [runs[row] for row in rows]
+    slips, tracks = [read[run] for run in chosen], [recorded.tracks[run] for run in chosen]
+    return Released(slips, _contact(recorded, slips, tracks, chosen), rows=np.array(rows), count=len(runs))
 
 
-def _contact(
-    recorded: Recorded, slips: Sequence[Slipping], tracks: Sequence[RunTrack], places: Sequence[int]
-) -> Contact:
+def _contact(recorded: Recorded, slips: Sequence[Slipping], tracks: Sequence[RunTrack], runs: Sequence[int]) -> Contact:
     """The resting blocks (r m) at the moments at which slips are looked at."""
     time_ns = seen_ns(slips)
     pose = np.repeat(starts(tracks), time_ns.shape[1], axis=0)
     return Moments(
         time_ns=time_ns.ravel(),
-        run=np.repeat(places, time_ns.shape[1]),
+        run=np.repeat(runs, time_ns.shape[1]),
         facts=recorded.facts,
         attitude=lambda delay_s: recorded.slipping.at(time_ns.ravel(), delay_s=delay_s),
         place_m=pose[:, :2],
@@ -121,10 +119,10 @@ def _weights(slips: Sequence[Slipping]) -> Array:
     found = np.zeros(nodes.shape)
     for row, slip in enumerate(slips):
         grid = slip.run.grid_s
-        place = np.clip((slip.tried_s - grid[0]) / (grid[PITCH] - grid[0]), 0.0, nodes[row, -1] / PITCH)
-        before = np.minimum(place.astype(int), int(nodes[row, -1]) // PITCH - 1)
-        np.add.at(found[row], before, slip.chance * (1.0 - (place - before)))
-        np.add.at(found[row], before + 1, slip.chance * (place - before))
+        position = np.clip((slip.tried_s - grid[0]) / (grid[PITCH] - grid[0]), 0.0, nodes[row, -1] / PITCH)
+        before = np.minimum(position.astype(int), int(nodes[row, -1]) // PITCH - 1)
+        np.add.at(found[row], before, slip.chance * (1.0 - (position - before)))
+        np.add.at(found[row], before + 1, slip.chance * (position - before))
     return found
 
 

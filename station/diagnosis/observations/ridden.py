@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Ride:
-    """One slide: the run's place in the evidence, its frames (k,), poses (k, 3) as seen, and the camera's view of them.
+    """One slide: the run's index in the evidence, its frames (k,), poses (k, 3) as seen, and the camera's view of them.
 
     The first FRAMES frames are the first window, from which a simulation takes its start; there are more than these.
     `rest_s` is the block's dwell before it; it began at `slip_ns`.
@@ -56,9 +56,9 @@ class Rides:
 def rides(recorded: Recorded) -> Rides:
     """The slides that have windows, each from its first one's beginning to its last one's end, or to the foam."""
     windows = recorded.free_windows
-    places, first = np.unique(windows["run"], return_index=True)
+    runs, first = np.unique(windows["run"], return_index=True)
     last = np.append(first[1:], len(windows)) - 1
-    ends = zip(places.tolist(), windows["from_ns"][first].tolist(), windows["to_ns"][last].tolist(), strict=True)
+    ends = zip(runs.tolist(), windows["from_ns"][first].tolist(), windows["to_ns"][last].tolist(), strict=True)
     found = (_ride(recorded, *one) for one in ends)
     return Rides(
         rides=tuple(ride for ride in found if ride is not None),
@@ -68,8 +68,8 @@ def rides(recorded: Recorded) -> Rides:
     )
 
 
-def _ride(recorded: Recorded, place: int, from_ns: int, to_ns: int) -> Ride | None:
-    track = recorded.tracks[place]
+def _ride(recorded: Recorded, run: int, from_ns: int, to_ns: int) -> Ride | None:
+    track = recorded.tracks[run]
     part = track.frames(from_ns, to_ns + 1)
     touching = np.flatnonzero(recorded.setting.free_m(track.pose[part]) < thresholds.FREE_M)
     part = slice(part.start, part.start + int(touching[0])) if len(touching) else part
@@ -77,11 +77,11 @@ def _ride(recorded: Recorded, place: int, from_ns: int, to_ns: int) -> Ride | No
         return None
     time_ns, pose = track.time_ns[part].copy(), track.pose[part].copy()  # the rest of the session may go
     return Ride(
-        run=place,
+        run=run,
         time_ns=time_ns,
         pose=pose,
         view=_view(recorded, track, time_ns, pose),
-        rest_s=float(recorded.dwell_by_tilt.typical()[place]),
+        rest_s=float(recorded.dwell_by_tilt.typical()[run]),
         slip_ns=track.slip_ns,
     )
 

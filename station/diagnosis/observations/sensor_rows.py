@@ -44,13 +44,13 @@ def _one(recorded: Recorded, source: str) -> Sensor | None:
     track, tilt_rad, rising = track.select(steep), reported.tilt_rad[steep], reported.rising[steep]
     difference_rad = track.angle_rad - tilt_rad
     stretches = [
-        (place, chosen)
-        for place, run in enumerate(recorded.tracks)
+        (index, chosen)
+        for index, run in enumerate(recorded.tracks)
         for chosen in _stretches(run, track.time_ns, tilt_rad, rising)
     ]
     if not stretches:
         return None
-    run = np.array([place for place, _ in stretches], dtype=np.int64)
+    run = np.array([index for index, _ in stretches], dtype=np.int64)
     size = np.array([len(chosen) for _, chosen in stretches])
     difference = np.array([difference_rad[chosen].mean() for _, chosen in stretches])
     single = float(np.median([np.std(difference_rad[chosen], ddof=1) for _, chosen in stretches]))

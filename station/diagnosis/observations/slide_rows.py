@@ -37,7 +37,7 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
     if not len(windows):
         return []
     runs, node_ns = windows["run"], windows["node_ns"].ravel()
-    tracks, count = [recorded.tracks[place] for place in runs], len(recorded.tracks)
+    tracks, count = [recorded.tracks[run] for run in runs], len(recorded.tracks)
     pose = windows["node_pose"].reshape(-1, 3)
     down, deviation = _directions(recorded)
     plate = recorded.plate
@@ -88,16 +88,16 @@ def _sigmas(recorded: Recorded, contact: Contact, yaw_rad: Array, rate_rad_s: Ar
     Of the yaw in one frame it is `yaw_rad` (n,), of the rate of turning `rate_rad_s` (n,).
     """
     windows, middle = recorded.free_windows, slice(1, None, len(WEIGHTS))
-    tracks = [recorded.tracks[place] for place in windows["run"]]
+    tracks = [recorded.tracks[run] for run in windows["run"]]
     pressing = contact.pressing_m_s2[middle]
     mu = max(float(np.median(np.tan(contact.tilt_rad))), LEAST_MU)
-    place = windows["acceleration_factor"] * np.array([track.sigma_m for track in tracks])
+    acceleration = windows["acceleration_factor"] * np.array([track.sigma_m for track in tracks])
     # Gravity's mean direction over a window has the error of the attitude's noise.
     leaning_rad = [
         recorded.plate.mean_sigma_rad(window["weight"], 1e-9 * (window["to_ns"] - window["from_ns"]))
         for window in windows
     ]
-    noise = np.hypot(place, GRAVITY_M_S2 * np.array(leaning_rad))
+    noise = np.hypot(acceleration, GRAVITY_M_S2 * np.array(leaning_rad))
     # Friction against the turning is as uncertain as the yaw's rate, the more the slower the block slides.
     slowing = TURNING_RADIUS**2 / SQUARE_GYRATION * pressing * mu / np.maximum(contact.speed_m_s[middle], LEAST_M_S)
     turning = np.hypot(windows["acceleration_factor"] * yaw_rad, slowing * rate_rad_s)

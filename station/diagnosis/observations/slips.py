@@ -58,7 +58,7 @@ class Slipping:
 
 @dataclass(frozen=True, eq=False)
 class Reread:
-    """A session's runs; `slips` are those that were re-estimated, by their places, and `paths` their breakaways.
+    """A session's runs; `slips` are those that were re-estimated, by their indices, and `paths` their breakaways.
 
     `law` is what they share, and `paths` have the loads of the plate that they show: `arm_m` (3,), m in P, is from the
     pivot about which it turned to the configured one.
@@ -71,7 +71,7 @@ class Reread:
     arm_m: Array = field(default_factory=lambda: np.zeros(3))
 
     @property
-    def places(self) -> tuple[int, ...]:
+    def indices(self) -> tuple[int, ...]:
         """The runs whose slips were re-estimated, in the order of `paths`."""
         return tuple(self.slips)
 
@@ -83,8 +83,8 @@ def reread(
 
     A block that lay against the foam was held or pushed by it: its slide says nothing about the others'.
     """
-    free = {place: track for place, track in enumerate(tracks) if not leans(track, setting)}
-    found = {place: seen for place, track in free.items() if (seen := _seen(track, plate, setting)) is not None}
+    free = {index: track for index, track in enumerate(tracks) if not leans(track, setting)}
+    found = {index: seen for index, track in free.items() if (seen := _seen(track, plate, setting)) is not None}
     if len(found) < thresholds.LEAST_KNOWN:
         return Reread(tuple(tracks), arm_m=np.zeros(3) if rig_offsets.arm_m is None else rig_offsets.arm_m)
     plain, paths = _plain([look for _, look in found.values()]), Breakaways.of(list(found.values()))
@@ -93,11 +93,11 @@ def reread(
     if plain and not arm_m.any() and not rig_offsets.late_s:
         return Reread(tuple(tracks))
     if arm_m.any():
-        found = {place: seen for place, (run, _) in found.items() if (seen := _looked(run.turning_about(arm_m)))}
+        found = {index: seen for index, (run, _) in found.items() if (seen := _looked(run.turning_about(arm_m)))}
         paths = Breakaways.of(list(found.values()))
         law = _law(paths, found)
-    slips = _slips(paths, law, {place: free[place].slip_ns for place in found})
-    moved = (_moved(track, slips[place]) if place in slips else track for place, track in enumerate(tracks))
+    slips = _slips(paths, law, {index: free[index].slip_ns for index in found})
+    moved = (_moved(track, slips[index]) if index in slips else track for index, track in enumerate(tracks))
     return Reread(tuple(moved), slips, paths, law, arm_m)
 
 
@@ -133,10 +133,10 @@ def _moved(track: RunTrack, slip: Slipping) -> RunTrack:
 
 
 def _slips(paths: Breakaways, law: Law, origin_ns: Mapping[int, int]) -> dict[int, Slipping]:
-    """Each run's slip, by the places of `origin_ns`, from which its times are counted."""
+    """Each run's slip, by the indices of `origin_ns`, from which its times are counted."""
     paths = paths.nearer(law, READ).nearer(law, READ)
     read = zip(origin_ns.items(), paths.runs, paths.chances(law), paths.tried_s, strict=True)
-    return {place: _slip(run, origin, chance, tried) for (place, origin), run, chance, tried in read}
+    return {index: _slip(run, origin, chance, tried) for (index, origin), run, chance, tried in read}
 
 
 def _slip(run: Early, origin_ns: int, chance: Array, tried_s: Array) -> Slipping:

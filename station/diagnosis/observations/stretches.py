@@ -32,7 +32,7 @@ STRETCH = np.dtype(
         ("yaw_rate", np.float64), ("sigma_m", np.float64), ("corner_sigma_m", np.float64),
     ]
 )  # fmt: skip
-"""A stretch: the run's place in the evidence, its times, those of the tilt's begin and of the slip (or the run's end),
+"""A stretch: the run's index in the evidence, its times, those of the tilt's begin and of the slip (or the run's end),
 the number of frames, the standard deviation of their times, and the means.
 
 The mean corners are nan for a block that another tracker follows; the last two are the noise of a single frame."""
@@ -46,7 +46,7 @@ def spans(from_ns: int, to_ns: int) -> Iterator[tuple[int, int]]:
     return itertools.pairwise(np.linspace(from_ns, to_ns, STRETCHES + 1).astype(np.int64).tolist())
 
 
-def stretch(place: int, track: RunTrack, from_ns: int, to_ns: int, *, moving: bool = False) -> tuple[Any, ...] | None:
+def stretch(run: int, track: RunTrack, from_ns: int, to_ns: int, *, moving: bool = False) -> tuple[Any, ...] | None:
     """One row of `Stretches`; None with too few frames. Only of a `moving` block is the velocity not taken for 0."""
     part = track.frames(from_ns, to_ns)
     count = part.stop - part.start
@@ -60,7 +60,7 @@ def stretch(place: int, track: RunTrack, from_ns: int, to_ns: int, *, moving: bo
         corners = mean[:2] + mean_shape(track.corner_m[part], pose[:, 2] - mean[2])
     noise = (track.sigma_m, track.corner_sigma_m)
     times_ns = times[0], times[-1], track.tilt_ns, track.slip_ns or track.end_ns
-    return place, *times_ns, count, seconds.std(), mean, corners, slopes[:2], slopes[2], *noise
+    return run, *times_ns, count, seconds.std(), mean, corners, slopes[:2], slopes[2], *noise
 
 
 def mean_slopes(seconds: Array, values: Array) -> Array:

@@ -15,13 +15,13 @@ from station.physics.contact import Array
 from station.physics.reversals import SWINGS
 
 
-def onsets_of(rows: TableRows, facts: RunFacts, setting: Setting, places: Times) -> Onsets:
-    """The onsets of the rows at the places `places` (m,), which are the places of their runs as well."""
-    chosen = rows.chosen(places)
-    time_ns, place_m = moments_ns(rows)[places], places_m(chosen)
+def onsets_of(rows: TableRows, facts: RunFacts, setting: Setting, runs: Times) -> Onsets:
+    """The onsets of the rows with the indices `runs` (m,), which are those of their runs as well."""
+    chosen = rows.chosen(runs)
+    time_ns, place_m = moments_ns(rows)[runs], places_m(chosen)
     moments = Moments(
         time_ns=time_ns,
-        run=places,
+        run=runs,
         facts=facts,
         attitude=lambda delay_s: _attitude(chosen, delay_s),
         place_m=place_m,
@@ -30,7 +30,7 @@ def onsets_of(rows: TableRows, facts: RunFacts, setting: Setting, places: Times)
     )
     tilt = moments.reported.tilt_rad
     return Onsets(
-        rows_from(chosen, places, _sigma_rad(chosen) / (np.sin(tilt) * np.cos(tilt)), moments.reported), moments
+        rows_from(chosen, runs, _sigma_rad(chosen) / (np.sin(tilt) * np.cos(tilt)), moments.reported), moments
     )
 
 

@@ -21,27 +21,27 @@ UNKNOWN = 1e-3
 
 def pulled_of(name: str, rows: TableRows, facts: RunFacts, mask: Bools) -> Pulled:
     """The rows that a mask (n,) marks, as the channel of that name."""
-    places = np.flatnonzero(mask)
-    chosen = rows.chosen(places)
-    contact = _contact(chosen, facts, places)
+    runs = np.flatnonzero(mask)
+    chosen = rows.chosen(runs)
+    contact = _contact(chosen, facts, runs)
     sigma = np.where(chosen.sigma > 0, chosen.sigma, UNKNOWN)
-    given = rows_from(chosen, places, sigma, contact)
+    given = rows_from(chosen, runs, sigma, contact)
     return Pulled(name, given, contact, chosen.coefficient, travelled_m=travelled_of(chosen))
 
 
-def _contact(rows: TableRows, facts: RunFacts, places: Times) -> Contact:
+def _contact(rows: TableRows, facts: RunFacts, runs: Times) -> Contact:
     """Level contacts (n,) that are pulled down the slope that they would have on a plate tilted about β."""
     zero, place_m = np.zeros(len(rows)), places_m(rows)
     down = azimuths_rad(rows) - math.pi / 2
     return Contact(
-        run=facts.number[places],
+        run=facts.number[runs],
         moving=rows.speed_m_s > 0,
         way_rad=down,
         speed_m_s=rows.speed_m_s,
         x_m=place_m[:, 0],
         y_m=place_m[:, 1],
         yaw_rad=rows.of_samples("start_yaw_rad"),
-        rest_s=np.asarray((moments_ns(rows) - facts.rest_ns[places]) * 1e-9, dtype=np.float64),
+        rest_s=np.asarray((moments_ns(rows) - facts.rest_ns[runs]) * 1e-9, dtype=np.float64),
         slid_s=zero,
         tilt_rad=zero,
         down_rad=down,
@@ -51,11 +51,11 @@ def _contact(rows: TableRows, facts: RunFacts, places: Times) -> Contact:
         gone_rad=np.full(len(rows), np.inf),
         swing_rad=np.full((len(rows), SWINGS), np.inf),
         step_s=np.full(len(rows), 1e3),
-        mount_rad=facts.mount_rad[places],
-        mass_kg=facts.mass_kg[places],
-        area_m2=facts.area_m2[places],
+        mount_rad=facts.mount_rad[runs],
+        mass_kg=facts.mass_kg[runs],
+        area_m2=facts.area_m2[runs],
         border_m=np.full(len(rows), np.inf),
-        temperature_c=facts.temperature_c[places],
-        relative_humidity=facts.relative_humidity[places],
+        temperature_c=facts.temperature_c[runs],
+        relative_humidity=facts.relative_humidity[runs],
         spare_m_s2=np.full(len(rows), np.nan),
     )

@@ -22,7 +22,7 @@ Index = Times
 class TableRows:
     """Rows (n,) that tell of friction.
 
-    `row` is the row's number in the table, `number` the place of its run in the order of the runs, 0 if unknown.
+    `row` is the row's number in the table, `number` the index of its run in the order of the runs, 0 if unknown.
     `time_ns` is 0 if unknown. `group` numbers the groups, in which rows are alike; None without groups. `coefficient`
     is nan for a block on a tilted plate; `sigma` is its relative standard deviation, nan if unknown. What is unknown of
     `load_n`, `displacement_m` and `foam_free_m` (the distance from the foam) is nan; `speed_m_s` is 0 at rest.
@@ -64,8 +64,8 @@ class TableRows:
         usable = tilted | (coefficient > 0)
         if tilted.any():  # a plate's onsets and coefficients at rest would be two channels of one name
             usable &= tilted | (speed > 0)
-        place = np.flatnonzero(usable)
-        order = place[np.lexsort((_checksums(table)[place], time_ns[place], run[place]))]
+        indices = np.flatnonzero(usable)
+        order = indices[np.lexsort((_checksums(table)[indices], time_ns[indices], run[indices]))]
         return cls(
             samples=samples[order],
             row=order + 1,
@@ -91,9 +91,9 @@ class TableRows:
         named = {one.name: getattr(self, one.name) for one in fields(self)}
         return {name: values for name, values in named.items() if isinstance(values, np.ndarray)}
 
-    def chosen(self, places: Index) -> TableRows:
-        """The rows at these places."""
-        return replace(self, **{name: values[places] for name, values in self.columns().items()})
+    def chosen(self, indices: Index) -> TableRows:
+        """The rows with these indices."""
+        return replace(self, **{name: values[indices] for name, values in self.columns().items()})
 
     def of_samples(self, name: str) -> Array:
         """A field (n,) of the rows' samples."""

@@ -46,14 +46,14 @@ def _rest_s(sample: Sample, typical_rad: float) -> float:
     return max(sample.dwell_s + waited + ramp, 1e-3)
 
 
-def rows_from(chosen: TableRows, places: Times, sigma: Array, contact: Contact) -> Rows:
-    """A channel's rows, whose runs are at `places` (n,).
+def rows_from(chosen: TableRows, runs: Times, sigma: Array, contact: Contact) -> Rows:
+    """A channel's rows, whose runs have the indices `runs` (n,).
 
     `sigma` (n,) is the standard deviation of the measurement, in the residual's unit.
     """
     return rows_of(
         {
-            "run": places,
+            "run": runs,
             "from_ns": chosen.time_ns,
             "to_ns": chosen.time_ns,
             "sigma": sigma,

@@ -37,7 +37,7 @@ LOOKS = 200
 class Tips:
     """Runs (r,) in which the block might have toppled before it slid.
 
-    `run` is the run's place in the evidence; `stood` (r, 4) is the largest steepness tan(tilt) · cos of the descent's
+    `run` is the run's index in the evidence; `stood` (r, 4) is the largest steepness tan(tilt) · cos of the descent's
     angle to each edge's normal, at quarter turns from the block's x, at which the block was still seen to stand,
     `fallen` (r, 4) that at which it was seen to topple (nan if it never did); `from_ns` to `to_ns` is when it toppled,
     or the tilt up to its steepest.
@@ -72,8 +72,8 @@ def tips_of(recorded: Recorded) -> Tips:
     corners = recorded.signals.corners
     rows = [
         row
-        for place, track in enumerate(recorded.tracks)
-        if (row := _row(place, track, corners, recorded.plate)) is not None
+        for run, track in enumerate(recorded.tracks)
+        if (row := _row(run, track, corners, recorded.plate)) is not None
     ]
     return _stacked(rows)
 
@@ -94,7 +94,7 @@ def _stacked(rows: Sequence[_Row]) -> Tips:
     )
 
 
-def _row(place: int, track: RunTrack, corners: CornerTrack, plate: PlateMotion) -> _Row | None:
+def _row(run: int, track: RunTrack, corners: CornerTrack, plate: PlateMotion) -> _Row | None:
     yaw = _yaw(track)
     until = track.slip_ns or track.end_ns
     if yaw is None or until <= track.tilt_ns:
@@ -106,11 +106,11 @@ def _row(place: int, track: RunTrack, corners: CornerTrack, plate: PlateMotion) 
     fell_ns = _fell_ns(track, corners, int(times[tilt.argmax()]))
     if fell_ns is None:
         stood, steepest = steepness.max(axis=0), steepness.max(axis=1).argmax()
-        return place, stood, np.full(4, np.nan), track.tilt_ns, int(times[steepest])
+        return run, stood, np.full(4, np.nan), track.tilt_ns, int(times[steepest])
     before = times <= fell_ns - FALL_NS
     stood = steepness[before].max(axis=0, initial=0.0)
     fallen = np.maximum(steepness[times <= fell_ns].max(axis=0, initial=0.0), stood)
-    return place, np.minimum(stood, 0.999 * fallen), fallen, fell_ns - FALL_NS, fell_ns
+    return run, np.minimum(stood, 0.999 * fallen), fallen, fell_ns - FALL_NS, fell_ns
 
 
 def _yaw(track: RunTrack) -> float | None:

@@ -61,7 +61,7 @@ WINDOW = np.dtype(
         ("weight", np.float64, len(FINE_NODES)), ("free_m", np.float64),
     ]
 )  # fmt: skip
-"""A window: its run's place in the evidence, its times, the states at the nodes, and the accelerations.
+"""A window: its run's index in the evidence, its times, the states at the nodes, and the accelerations.
 
 `way_sigma_rad` is the standard error of the direction at the middle, by the whole path. The factors are the standard
 deviations of the acceleration over that of a place, 1/s², and of the velocity, 1/s. `weight` is that of the
@@ -73,7 +73,7 @@ Windows = NDArray[Any]
 
 def windows_of(tracks: Sequence[RunTrack], setting: Setting) -> Windows:
     """The windows (n,) of all slides, run by run in their order; a run is given by its index among the tracks."""
-    rows = [(place, *window) for place, track in enumerate(tracks) for window in _of_track(track, setting)]
+    rows = [(run, *window) for run, track in enumerate(tracks) for window in _of_track(track, setting)]
     return np.array(rows, dtype=WINDOW)
 
 

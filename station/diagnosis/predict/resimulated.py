@@ -85,7 +85,7 @@ def _simulated(evidence: Evidence, chosen: Sequence[Ride], seen: Sequence[Array]
 
 
 def _commands(evidence: Evidence, chosen: Sequence[Ride], seen: Sequence[Array], delay_ns: int) -> Commands:
-    facts, place, rides = evidence.facts, np.array([ride.run for ride in chosen]), evidence.rides
+    facts, run, rides = evidence.facts, np.array([ride.run for ride in chosen]), evidence.rides
     assert rides is not None
     knots = [_knots(ride.time_ns[BEGIN:]) for ride in chosen]
     begun = [_begun(ride.time_ns, pose) for ride, pose in zip(chosen, seen, strict=True)]
@@ -98,12 +98,12 @@ def _commands(evidence: Evidence, chosen: Sequence[Ride], seen: Sequence[Array],
         velocity=np.array([velocity for _, velocity in begun]),
         rest_s=np.array([ride.rest_s for ride in chosen]),
         slid_s=np.array([max(int(ride.time_ns[BEGIN]) - ride.slip_ns, 0) * NANO for ride in chosen]),
-        run=facts.number[place],
-        mass_kg=facts.mass_kg[place],
-        area_m2=facts.area_m2[place],
-        mount_rad=facts.mount_rad[place],
-        temperature_c=facts.temperature_c[place],
-        relative_humidity=facts.relative_humidity[place],
+        run=facts.number[run],
+        mass_kg=facts.mass_kg[run],
+        area_m2=facts.area_m2[run],
+        mount_rad=facts.mount_rad[run],
+        temperature_c=facts.temperature_c[run],
+        relative_humidity=facts.relative_humidity[run],
     )
 
 

@@ -25,8 +25,8 @@ def unseen_log_run(evidence: Evidence, fitted: Fit) -> Array:
     whitening = Whitening(evidence, fitted.noise, shaking=shaking_of(evidence, fitted.model))
     known = evidence.counted[whitening.run] & ~whitening.limit
     found = -whitening.log_scale
-    for place, channel in enumerate(evidence.channels):
-        mine = whitening.channel == place
+    for index, channel in enumerate(evidence.channels):
+        mine = whitening.channel == index
         # The means of a continuous record have no tail (see `fit.with_tails`).
         tails = (thresholds.GAUSSIAN,) if evidence.is_record(channel) else TAILS
         density = _densities(fitted.white[mine], known[mine], whitening.limit[mine], tails)

@@ -61,8 +61,8 @@ def _fitted(diagnosis: Diagnosis, stage: int, rows: Sequence[Candidates]) -> str
     best = ranked[0].twice_log_odds
     weights = [math.exp(0.5 * (row.twice_log_odds - best)) for row in ranked]
     cells = [
-        [str(place), *_cells(row), html.number(weight / sum(weights)), _class(diagnosis, row), _assessed(row, best)]
-        for place, (row, weight) in enumerate(zip(ranked, weights, strict=True), start=1)
+        [str(rank), *_cells(row), html.number(weight / sum(weights)), _class(diagnosis, row), _assessed(row, best)]
+        for rank, (row, weight) in enumerate(zip(ranked, weights, strict=True), start=1)
     ]
     caption = f"Stage {stage + 1}: compared with " + ("the plain model" if stage == 0 else "what was found before")
     return pieces.table(("rank", *_HEAD, "weight", "class", "assessment"), cells, caption=caption)

@@ -57,8 +57,8 @@ def _columns(fit: Maximum, phi: Array) -> tuple[Array, Array, Array, Array]:
     slopes[:, 0] = 1.0
     frames = ("object", "plate") if fit.layout.frame == "both" else (fit.layout.frame,)
     for frame in frames:
-        for place, series in fit.layout.slopes(fit.values, frame):
-            slopes[:, place] = Evaluator([series], derivatives=1)(phi)[0, 0]
+        for number, series in fit.layout.slopes(fit.values, frame):
+            slopes[:, number] = Evaluator([series], derivatives=1)(phi)[0, 0]
     mu = fit.layout.curve(fit.values).mu(phi)
     width = np.exp(QUANTILE * np.sqrt(np.maximum(((slopes @ fit.covariance) * slopes).sum(axis=1), 0.0)))
     return phi, mu, mu / width, mu * width
@@ -111,11 +111,11 @@ def _plain(fit: Maximum, of: Callable[[Array], float], *, turn: float | None = N
     """A quantity; one that is an angle is continued over its turn."""
     value = of(fit.values)
     slope = np.zeros(len(fit.values))
-    for place in np.flatnonzero(np.diag(fit.covariance) > 0):
+    for number in np.flatnonzero(np.diag(fit.covariance) > 0):
         ahead, behind = fit.values.copy(), fit.values.copy()
-        ahead[place] += _STEP
-        behind[place] -= _STEP
+        ahead[number] += _STEP
+        behind[number] -= _STEP
         change = of(ahead) - of(behind)
-        slope[place] = (change if turn is None else (change + turn / 2) % turn - turn / 2) / (2 * _STEP)
+        slope[number] = (change if turn is None else (change + turn / 2) % turn - turn / 2) / (2 * _STEP)
     width = QUANTILE * fit.sigma(cast(Array, slope))
     return Estimate(value, value - width, value + width)

@@ -71,7 +71,7 @@ class Likelihood:
             rows = Evaluator([layout.shape(values, frame).series(), *(series for _, series in by)])(there)
             one = Local(*rows[:, 0])
             local = one if local is None else local + one
-            found |= {place: Local(*rows[:, k + 1]) for k, (place, _) in enumerate(by)}
+            found |= {number: Local(*rows[:, k + 1]) for k, (number, _) in enumerate(by)}
         assert local is not None
         return _Point(local, found)
 
@@ -151,8 +151,8 @@ class Likelihood:
         gradient[index("log_scatter")] = float((by_size * scatter**2 / size).sum())
         gradient[index("tail")] = by_tail
         # The onset is the least over all directions, so that its own direction's change does not count.
-        for place, slope in point.slopes.items():
-            gradient[place] = by_pull @ slope.log
+        for number, slope in point.slopes.items():
+            gradient[number] = by_pull @ slope.log
         return total, gradient
 
     def _slides(self, values: Array, slide: Array, point: _Point, ease: float) -> tuple[float, Array]:
@@ -177,10 +177,10 @@ class Likelihood:
         gradient[index("turn")] = by_direction.sum()
         gradient[index("log_direction_scatter")] = float((by_size * (spread / rise) ** 2 / size).sum())
         gradient[index("direction_tail")] = float(tails.sum())
-        for place, slope in point.slopes.items():
+        for number, slope in point.slopes.items():
             phi = -weight * slope.slope / rise
             change = (slope.bend + jerk * phi) * weight + bend * weight_by_slope * (slope.slope + bend * phi)
-            gradient[place] = by_direction @ phi + by_rise @ change
+            gradient[number] = by_direction @ phi + by_rise @ change
         if self._shaped:
             phi = -(p / square) / rise
             by_ease = (1.0 - (ease * p) ** 2) / square**2
@@ -200,8 +200,8 @@ class Likelihood:
         if not short.any():
             return 0.0, gradient
         scale = _HINGE / len(turns)
-        for place, slope in self._at(values, phi, turned).slopes.items():
-            gradient[place] = -2.0 * scale * float(short @ (2.0 * local.slope * slope.slope + slope.bend))
+        for number, slope in self._at(values, phi, turned).slopes.items():
+            gradient[number] = -2.0 * scale * float(short @ (2.0 * local.slope * slope.slope + slope.bend))
         return scale * float(short @ short), gradient
 
 

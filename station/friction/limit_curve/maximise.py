@@ -106,13 +106,13 @@ def _covariance(likelihood: Likelihood, values: Array, start: Array) -> Array:
     unbounded = np.array([name in UNBOUNDED for name in likelihood.layout.names])
     free = np.flatnonzero(unbounded | ((values > low + _AT_BOUND) & (values < high - _AT_BOUND)))
     curvature = np.zeros((len(free), len(free)))
-    for row, place in enumerate(free.tolist()):
-        room = np.inf if unbounded[place] else 0.5 * min(values[place] - low[place], high[place] - values[place])
+    for row, index in enumerate(free.tolist()):
+        room = np.inf if unbounded[index] else 0.5 * min(values[index] - low[index], high[index] - values[index])
         # First a step that is surely short, then one of a tenth of the standard error that it makes out.
-        sharp = -_slope_of_slope(likelihood, values, place, min(1e-3 * scale[place], room))[place]
-        step = min(0.1 / math.sqrt(sharp) if sharp > 0 else scale[place], scale[place], room)
-        curvature[row] = -_slope_of_slope(likelihood, values, place, step)[free]
-        scale[place] = min(scale[place], 10 * step)
+        sharp = -_slope_of_slope(likelihood, values, index, min(1e-3 * scale[index], room))[index]
+        step = min(0.1 / math.sqrt(sharp) if sharp > 0 else scale[index], scale[index], room)
+        curvature[row] = -_slope_of_slope(likelihood, values, index, step)[free]
+        scale[index] = min(scale[index], 10 * step)
     curvature = 0.5 * (curvature + curvature.T) * np.outer(scale[free], scale[free])
     size, ways = np.linalg.eigh(curvature)
     # Where the likelihood hardly falls nothing is known: very wide, but not endless.
@@ -122,9 +122,9 @@ def _covariance(likelihood: Likelihood, values: Array, start: Array) -> Array:
     return covariance
 
 
-def _slope_of_slope(likelihood: Likelihood, values: Array, place: int, step: float) -> Array:
+def _slope_of_slope(likelihood: Likelihood, values: Array, index: int, step: float) -> Array:
     """The change of the gradient (k,) with one parameter."""
     ahead, behind = values.copy(), values.copy()
-    ahead[place] += step
-    behind[place] -= step
+    ahead[index] += step
+    behind[index] -= step
     return (likelihood(ahead)[1] - likelihood(behind)[1]) / (2 * step)

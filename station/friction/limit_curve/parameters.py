@@ -98,17 +98,17 @@ class Layout:
         """
         found: list[tuple[int, Complex]] = []
         stretch = self.shape(values, frame).stretch
-        for place, name in enumerate(self.names):
+        for index, name in enumerate(self.names):
             if not name.startswith(f"{frame}."):
                 continue
             order, part = int(name.split(".")[1]), name.split(".")[2]
             unit = 1.0 if part == "cos" else 1.0j
             if order == 2:
-                found.append((place, _stretch_slope(complex(*stretch), unit)))
+                found.append((index, _stretch_slope(complex(*stretch), unit)))
             else:
                 series = np.zeros(ORDER + 1, dtype=np.complex128)
                 series[order] = unit
-                found.append((place, series))
+                found.append((index, series))
         return found
 
 

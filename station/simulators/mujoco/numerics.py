@@ -106,7 +106,7 @@ def some_tilts(recorded: Signals, *, rig: RigConfig, runs: int = RUNS) -> Comman
     every = [run for run in recorded_runs(recorded) if not run.velocity.any()]
     if not every:
         raise UserError("Expected at least one recorded tilt to try the simulation's settings on, found none")
-    chosen = [every[place] for place in np.unique(np.linspace(0, len(every) - 1, runs).round().astype(int)).tolist()]
+    chosen = [every[index] for index in np.unique(np.linspace(0, len(every) - 1, runs).round().astype(int)).tolist()]
     return commands_of(recorded, chosen, rig=rig)
 
 

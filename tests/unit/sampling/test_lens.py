@@ -22,9 +22,9 @@ def test_a_bent_picture_gives_the_true_place():
     rays = np.column_stack([(straight - K[:2, 2]) / K[0, 0], np.ones(4)])
     seen: list[float] = cv2.projectPoints(rays, np.zeros(3), np.zeros(3), K, np.array(LENS))[0].ravel().tolist()
     tracks = Tracks(geometry=GEOMETRY)
-    assert np.hypot(*(np.array(tracks.place_of(tuple(seen))[:2]) - (0.03, -0.025))) > 1e-4
+    assert np.hypot(*(np.array(tracks.pose_of(tuple(seen))[:2]) - (0.03, -0.025))) > 1e-4
     tracks.lens = CameraCalibration(K=tuple(K.ravel().tolist()), D=LENS)
-    assert tracks.place_of(tuple(seen)) == pytest.approx((0.03, -0.025, 0.0), abs=1e-6)
+    assert tracks.pose_of(tuple(seen)) == pytest.approx((0.03, -0.025, 0.0), abs=1e-6)
 
 
 def test_a_rolling_shutters_frames_take_the_time_of_their_corners():

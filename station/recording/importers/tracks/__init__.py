@@ -140,7 +140,7 @@ def _sample(run: Run, plate: Array, block: Poses, slip: Slip | None, facts: Samp
         slip_ns=slip.slip_ns,
         detect_ns=slip.detect_ns,
         rest_ns=slip.tilt_ns - round(facts.dwell_s * 1e9) if facts.dwell_s else 0,
-        azimuth_rad=azimuth_of(downhill_of(plate[[slip.place]])[0]),
+        azimuth_rad=azimuth_of(downhill_of(plate[[slip.frame]])[0]),
         onset_angle_rad=slip.angle_rad,
         onset_sigma_rad=slip.sigma_rad,
         flags=() if slip.resolved else (UNRESOLVED,),

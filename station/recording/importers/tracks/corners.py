@@ -123,7 +123,7 @@ def noise_px(corner_px: Array, run: Array) -> float:
     `corner_px` (n, 4, 2), px, are nan where the mark was lost; `run` (n,) is the number of each frame's run.
     """
     count = len(corner_px) - len(STEPS) + 1
-    steps = np.sum([weight * corner_px[place : count + place] for place, weight in enumerate(STEPS)], axis=0)
+    steps = np.sum([weight * corner_px[index : count + index] for index, weight in enumerate(STEPS)], axis=0)
     steps = steps[run[:count] == run[len(STEPS) - 1 :]]
     known = np.abs(steps[np.isfinite(steps)])
     return TO_SIGMA * float(np.median(known)) / float(np.linalg.norm(STEPS)) if len(known) else 0.0

@@ -105,12 +105,12 @@ def _refuse_unsorted(table: Tracks, rows: NDArray[np.int64]) -> None:
         )
     steps = np.diff(t)
     if (steps <= 0).any():
-        place = int(np.flatnonzero(steps <= 0)[0]) + 1
-        what = "twice" if steps[place - 1] == 0 else f"after {t[place - 1]:g} s"
-        mend = "leave one of them out" if steps[place - 1] == 0 else "sort the rows by run and time"
+        row = int(np.flatnonzero(steps <= 0)[0]) + 1
+        what = "twice" if steps[row - 1] == 0 else f"after {t[row - 1]:g} s"
+        mend = "leave one of them out" if steps[row - 1] == 0 else "sort the rows by run and time"
         raise UserError(
-            f"{table.source}, row {rows[place] + 1}: expected rising times in run {number}, "
-            f"got {t[place]:g} s {what}; {mend}"
+            f"{table.source}, row {rows[row] + 1}: expected rising times in run {number}, "
+            f"got {t[row]:g} s {what}; {mend}"
         )
 
 

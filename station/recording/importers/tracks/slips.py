@@ -42,7 +42,7 @@ FITTED_NS = 3_000_000_000
 class Slip:
     """The begin of a run's tilt; its slide and the slide's detection, ns, 0 if the block held; the onset's tilt, rad.
 
-    `place` is the frame of the onset, or of the steepest tilt; an onset that is not `resolved` lies before `detect_ns`.
+    `frame` is that of the onset, or of the steepest tilt; an onset that is not `resolved` lies before `detect_ns`.
     """
 
     tilt_ns: int
@@ -50,7 +50,7 @@ class Slip:
     detect_ns: int = 0
     angle_rad: float
     sigma_rad: float = 0.0
-    place: int
+    frame: int
     resolved: bool = True
 
 
@@ -80,7 +80,7 @@ def slip_of(run: Motion, *, onset: Traced | None) -> Slip:
     slid = np.flatnonzero(np.hypot(*(run.place_m[seen] - rest).T) > MOVED_M)
     if not len(slid) or not tilted[seen[slid[0]]]:  # a block that moves on a level plate has not slipped
         steepest = int(np.argmax(tilt))
-        return Slip(tilt_ns=tilt_ns, angle_rad=float(tilt[steepest]), place=steepest)
+        return Slip(tilt_ns=tilt_ns, angle_rad=float(tilt[steepest]), frame=steepest)
     detected = int(seen[slid[0]])
     moved = Slip(
         tilt_ns=tilt_ns,
@@ -88,7 +88,7 @@ def slip_of(run: Motion, *, onset: Traced | None) -> Slip:
         detect_ns=int(run.time_ns[detected]),
         angle_rad=float(tilt[detected]),
         sigma_rad=float(np.ptp(tilt[begin : detected + 1])) / math.sqrt(12.0),
-        place=detected,
+        frame=detected,
         resolved=False,
     )
     return moved if onset is None else _fitted(run, moved, seen[: int(slid[0]) + 1], rest, onset)
@@ -109,7 +109,7 @@ def held(run: Motion) -> Slip | None:
     """The bound on friction by a block that held on a tilted plate at rest; None if it slides, or lies level."""
     if _steepest_rad(run) <= TURNS_RAD or (_away_m(run) > MOVED_M).any():
         return None
-    return Slip(tilt_ns=int(run.time_ns[0]), angle_rad=_steepest_rad(run), place=0)
+    return Slip(tilt_ns=int(run.time_ns[0]), angle_rad=_steepest_rad(run), frame=0)
 
 
 def _away_m(run: Motion) -> Array:
@@ -147,6 +147,6 @@ def _fitted(run: Motion, moved: Slip, frames: NDArray[np.int64], rest: Array, on
         slip_ns=int(fit.slip_ns),
         angle_rad=float(fit.angle_rad),
         sigma_rad=float(fit.angle_sigma_rad),
-        place=min(int(np.searchsorted(run.time_ns, fit.slip_ns)), len(run.time_ns) - 1),
+        frame=min(int(np.searchsorted(run.time_ns, fit.slip_ns)), len(run.time_ns) - 1),
         resolved=True,
     )

@@ -86,7 +86,7 @@ def _of_csv(path: Path) -> dict[str, Sequence[Any]]:
     if short is not None:
         got = len(rows[short - 1])
         raise UserError(f"{path}, row {short}: expected {len(header)} cells, as many as there are columns, got {got}")
-    return {name: [row[place] for row in rows] for place, name in enumerate(header)}
+    return {name: [row[index] for row in rows] for index, name in enumerate(header)}
 
 
 def _of_parquet(path: Path) -> dict[str, Sequence[Any]]:
