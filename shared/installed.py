@@ -52,7 +52,7 @@ def sentence_of(missing: ModuleNotFoundError) -> str | None:
 
 
 @contextmanager
-def missing_said() -> Generator[None]:
+def missing_as_user_error() -> Generator[None]:
     """Turns the absence of a package that an extra brings into a user's mistake; it is a decorator, too.
 
     Raises:

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from shared.errors import UserError
-from shared.installed import missing_said
+from shared.installed import missing_as_user_error
 from shared.system.desktop import from_here
 from shared.visible import sentence
 
@@ -27,7 +27,7 @@ def exit_status(name: str, action: Callable[[], int | None]) -> int:
     Whoever read the output (head, less) may have had enough of it (0), and Ctrl-C ends it without a traceback (130).
     """
     try:
-        with missing_said():
+        with missing_as_user_error():
             return int(action() or 0)
     except UserError as error:
         print(f"{name}: {sentence(str(error))}", file=sys.stderr)

@@ -56,9 +56,9 @@ def __getattr__(name: str) -> Any:
     """
     if name not in _HOMES:
         raise AttributeError(f"module 'station' has no attribute {name!r}")
-    from shared.installed import missing_said  # noqa: PLC0415  # `import station` takes no time
+    from shared.installed import missing_as_user_error  # noqa: PLC0415  # `import station` takes no time
 
-    with missing_said():
+    with missing_as_user_error():
         value = getattr(importlib.import_module(_HOMES[name]), name)
     globals()[name] = value
     return value

@@ -38,7 +38,7 @@ class Acquisition:
         self._dropout = 0
 
     def look(self, frame: Frame, why: validation_gate.Verdict, *, blur_px: float) -> Attempt:
-        """The candidate that is believed, when it is the only one; else none, and why (`why` when there is none).
+        """The candidate that is accepted, when it is the only one; else none, and why (`why` when there is none).
 
         It is looked for in `frame` (height, width), 8-bit grey values, the one that the reader has open. `blur_px`:
         expected blur of the lens. Its corners are named by its shape alone.
@@ -46,15 +46,15 @@ class Acquisition:
         left, top, width, height = self._config.region_px or (0, 0, frame.shape[1], frame.shape[0])
         part = frame[max(top, 0) : top + height, max(left, 0) : left + width]
         origin = complex(max(left, 0), max(top, 0))
-        believed: list[Seen] = []
+        accepted: list[Seen] = []
         quads = candidates(part, side_px=self._config.side_px, aspect=self._config.mark.aspect)
         for quad in quads or self._tag_outline(part):
             fit, verdict = self._fitted(quad + origin, blur_px)
             if fit is not None and (not verdict.reason or verdict.rough):
-                believed.append((fit, verdict))
+                accepted.append((fit, verdict))
             elif fit is not None:
                 why = verdict
-        return self._only_one(believed) if believed else (None, why)
+        return self._only_one(accepted) if accepted else (None, why)
 
     def _tag_outline(self, part: Frame) -> list[Points]:
         """The tag by OpenCV's detector, when no outline stands alone: slow, so not in every frame of a dropout."""
@@ -81,12 +81,12 @@ class Acquisition:
             verdict = MOVES
         return fit, verdict
 
-    def _only_one(self, believed: list[Seen]) -> Attempt:
+    def _only_one(self, accepted: list[Seen]) -> Attempt:
         if self._config.mark.feature != "none":
-            believed = [pair for pair in believed if self._feature.turn(self._reader, pair[0].corners) is not None]
-        if len(believed) == 1:
-            return believed[0]
-        if not believed:
+            accepted = [pair for pair in accepted if self._feature.turn(self._reader, pair[0].corners) is not None]
+        if len(accepted) == 1:
+            return accepted[0]
+        if not accepted:
             return None, validation_gate.Verdict("a mark, but its feature cannot be read")
         return None, validation_gate.Verdict("two marks in this frame: cover one, or set the mark's size")
 

@@ -84,11 +84,10 @@ def _three_on_end(marked: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return marked[:, 2:] & marked[:, 1:-1] & marked[:, :-2]
 
 
-def bent(line: lines.LineFit, believed: Floats, *, shortest_px: float, texture_px: Floats) -> bool:
+def bent(line: lines.LineFit, profile_weight: Floats, *, shortest_px: float, texture_px: Floats) -> bool:
     """True if neighbours on an edge all show an edge on the same side of its line: two edges, and one is not its.
 
-    `believed` (4, n): weights of the profiles. `texture_px` (4,): the width of each edge by all blur beside a textured
-    plate, else 0.
+    `profile_weight` (4, n). `texture_px` (4,): the width of each edge by all blur beside a textured plate, else 0.
     """
     beside_line = line.weight < AGREES
     if max(np.add.reduce(beside_line, axis=1).tolist()) < _ENDS.shape[1]:
@@ -101,7 +100,7 @@ def bent(line: lines.LineFit, believed: Floats, *, shortest_px: float, texture_p
     # A thing that covers an edge leaves some of it to be seen at an end; in between, streaks disagree more often.
     least_px[:, run:-run] += BENT_BY_TEXTURE * texture_px[:, None]
     # Beside a sharp edge a compressed video's blocks disagree by hundredths of a pixel, which harms nobody.
-    disagree = (believed > 0) & beside_line & (np.abs(line.residual) > least_px)
+    disagree = (profile_weight > 0) & beside_line & (np.abs(line.residual) > least_px)
     if not _three_on_end(disagree).any():
         return False
     at_ends = line.residual[:, _ENDS] * disagree[:, _ENDS]

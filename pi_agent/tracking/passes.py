@@ -112,7 +112,7 @@ class Step(NamedTuple):
         moved: largest correction of a corner, in blur deviations.
         blur_change: largest correction of the blur, in shares of it.
         found: the profiles' readings.
-        believed: (4, n) weights of the profiles.
+        profile_weight: (4, n) weights of the profiles.
         pull: (4, n) disagreement of two estimators, px.
         line: the lines through the edge points.
         wider: (4,) factor by which each edge seems wider than its blur.
@@ -128,7 +128,7 @@ class Step(NamedTuple):
     moved: float
     blur_change: float
     found: edges.Profiles
-    believed: Floats
+    profile_weight: Floats
     pull: Floats
     line: lines.LineFit
     wider: Floats

@@ -145,7 +145,7 @@ def refine(
 
 def _bent(step: Step, look: Look, *, even: bool) -> bool:
     shortest_px, width_px = min(look.expected.free.tolist()), np.zeros(4) if even else look.blur + look.path
-    return covariance_model.bent(step.line, step.believed, shortest_px=shortest_px, texture_px=width_px)
+    return covariance_model.bent(step.line, step.profile_weight, shortest_px=shortest_px, texture_px=width_px)
 
 
 def _goes_on(step: Step) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 
 from shared.errors import UserError
 from shared.rig import load_rig
-from station.app.exporting import tell_unsaid, write_files
+from station.app.exporting import print_unsupported, write_files
 from station.app.simulating import model_of
 from station.export import ExportedFile, export_formats, export_model, model_formats
 from station.export.deviation import deviations
@@ -43,7 +43,7 @@ def run(path: Path, formats: Sequence[str], *, out: Path, rig: Path | None, over
                 raise
             refused.append(str(error))
     write_files([file for of_format in files.values() for file in of_format], out, overwrite=overwrite)
-    tell_unsaid(files)
+    print_unsupported(files)
     if compare:
         _compare(named, files)
     for sentence in refused:

@@ -30,12 +30,12 @@ def write_files(files: Sequence[ExportedFile], folder: Path, *, overwrite: bool)
     print("\n".join(str(folder / file.name) for file in files))
 
 
-def tell_unsaid(files: Mapping[str, Sequence[ExportedFile]]) -> None:
+def print_unsupported(files: Mapping[str, Sequence[ExportedFile]]) -> None:
     """Prints what each pair's, or model's, formats cannot say: each sentence once, with the formats it is about."""
     about: dict[str, dict[str, dict[str, None]]] = {}
     for name, of_format in files.items():
         for file in of_format:
-            for sentence in file.unsaid:
+            for sentence in file.unsupported:
                 about.setdefault(file.pair, {}).setdefault(sentence, {})[name] = None
     for pair, sentences in about.items():
         print(visible(f"\n{pair}: what the files cannot say"))

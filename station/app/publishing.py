@@ -36,7 +36,7 @@ class Words:
     licence: Licence
 
 
-@installed.missing_said()
+@installed.missing_as_user_error()
 def publish(paths: Sequence[Path], out: Path, words: Words) -> tuple[Source, ...]:
     """Writes a dataset of recordings into a new folder; gives what it was made of.
 

@@ -132,7 +132,7 @@ def _effects(evidence: Evidence, found: Search, assessment: Assessment) -> tuple
     kept = {term.effect.id: (assessment.model, term) for term in without_nuisances(assessment.model.model).terms}
     every = {term.effect.id: (found.model, term) for term in without_nuisances(found.model.model).terms} | kept
     listed = [_effect(evidence, found, fitted, term, assessment) for fitted, term in every.values()]
-    for candidate, believed in zip(found.places, assessment.posteriors.places, strict=True):
+    for candidate, probability in zip(found.places, assessment.posteriors.places, strict=True):
         place = candidate.place
         where = "" if place is None else f": {summary_of(found.model, place)}"
         listed.append(
@@ -140,8 +140,8 @@ def _effects(evidence: Evidence, found: Search, assessment: Assessment) -> tuple
                 id="other",
                 title=f"something outside the catalogue{where}",
                 class_ids=("other",),
-                probability=believed,
-                verdict="supported" if believed > thresholds.EVEN else "not supported",
+                probability=probability,
+                verdict="supported" if probability > thresholds.EVEN else "not supported",
                 parameters={},
             )
         )

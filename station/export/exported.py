@@ -29,7 +29,7 @@ class ExportedFile:
     name: str
     text: str
     pair: str = ""
-    unsaid: tuple[str, ...] = ()
+    unsupported: tuple[str, ...] = ()
 
 
 def named(pairs: Sequence[MeasuredPair]) -> tuple[NamedPair, ...]:

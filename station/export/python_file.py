@@ -12,7 +12,7 @@ from station.export.carried.states import contact
 from station.export.carry import Carried, carry, commented
 from station.export.exported import ExportedFile
 from station.export.from_model import NamedModel
-from station.export.unsaid_of_model import unsaid_of_model
+from station.export.unsupported_of_model import unsupported_of_model
 from station.physics.model import Model, Term
 
 _OFFERED = (
@@ -59,7 +59,7 @@ def python_file(
     named: NamedModel,
     *,
     engine: str,
-    says: frozenset[str],
+    supported: frozenset[str],
     how: Sequence[str],
     bench: Callable[..., Any],
     caveats: Mapping[str, str] = _NO_CAVEATS,
@@ -70,7 +70,7 @@ def python_file(
     Args:
         named: the model.
         engine: the engine's name, which also ends the file's.
-        says: the methods of `Effect` that the engine's code can express.
+        supported: the methods of `Effect` that the engine's code can express.
         caveats: sentences on what the engine makes of some of these methods, by their names.
         how: sentences that say how the file is used.
         bench: the function that makes the engine's `Bench` from the model, and from the scene if there is one.
@@ -79,11 +79,11 @@ def python_file(
     model = named.model
     parts = (Model, Term, *(kind for term in model.terms for kind in _kinds(term)))
     carried = carry(*parts, *_OFFERED, bench)
-    unsaid = unsaid_of_model(model, engine=engine, says=says, caveats=caveats)
-    about = [*how, "", *_HEAD, "", *_summary(model), *(f"NOT SAID: {text}" for text in unsaid)]
+    unsupported = unsupported_of_model(model, engine=engine, supported=supported, caveats=caveats)
+    about = [*how, "", *_HEAD, "", *_summary(model), *(f"NOT SAID: {text}" for text in unsupported)]
     lines = (commented(about), "", "from __future__ import annotations", "", *carried.imports, "")
     text = "\n".join((*lines, carried.text, "", *_tail(named, carried, bench=bench, scene=scene), ""))
-    return ExportedFile(f"{named.stem}_{engine.lower()}.py", text, f"{named.stem} ({engine})", tuple(unsaid))
+    return ExportedFile(f"{named.stem}_{engine.lower()}.py", text, f"{named.stem} ({engine})", tuple(unsupported))
 
 
 def _kinds(term: Term) -> Iterator[type]:

@@ -16,7 +16,7 @@ import pytest
 from station.export import Format, export, export_formats
 from station.export.exported import ExportedFile
 from station.export.measured import MeasuredPair
-from station.export.unsaid import always_unsaid
+from station.export.unsupported import always_unsupported
 from tests.unit.export.pairs import PAIRS, WOOD_ON_WOOD
 
 FORMATS = export_formats()
@@ -74,9 +74,9 @@ def test_what_it_cannot_say_stands_in_the_file(name: str):
         for file in files(name, [pair]):
             if name in WHOLE:
                 continue
-            assert set(always_unsaid(pair)) <= set(file.unsaid)
+            assert set(always_unsupported(pair)) <= set(file.unsupported)
             text = words(file.text)
-            for sentence in file.unsaid:
+            for sentence in file.unsupported:
                 assert words(sentence) in text
 
 

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from station.export.measured import MeasuredPair
-from station.export.unsaid import pyramid_excess_rad
+from station.export.unsupported import pyramid_excess_rad
 from tests.recovery.engines import Engine, engines
 from tests.recovery.engines.tilt import onset
 from tests.unit.export.pairs import PAIRS, STEEL_ON_WOOD, WOOD_ON_STEEL, WOOD_ON_WOOD, exported

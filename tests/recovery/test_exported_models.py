@@ -109,16 +109,16 @@ def test_a_block_on_four_corners_starts_as_one_on_an_even_sole_in_mujoco():
 def test_an_engine_says_that_a_block_on_four_corners_turns_less():
     for name in ("mujoco-python", "pybullet", "drake"):
         file = file_of("tried", model_of(TURNS), name)
-        assert "four corners" in file.unsaid[0]
+        assert "four corners" in file.unsupported[0]
         assert "four corners" in " ".join(file.text.replace("#", "").split())
-    assert not file_of("tried", model_of(TURNS), "numpy").unsaid
+    assert not file_of("tried", model_of(TURNS), "numpy").unsupported
 
 
 def test_only_numpy_lets_a_block_at_rest_creep():
     model = model_of(CREEPS)
-    assert not file_of("tried", model, "numpy").unsaid
+    assert not file_of("tried", model, "numpy").unsupported
     for name in ("mujoco-python", "pybullet", "drake"):
-        (sentence,) = file_of("tried", model, name).unsaid
+        (sentence,) = file_of("tried", model, name).unsupported
         assert "leaves out of solver_creep: its motion of a block at rest" in sentence
     one = found("numpy", "creeps")[0]
     assert abs(one.onset_deg) < 0.02

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from shared.errors import UserError
-from shared.installed import missing_said
+from shared.installed import missing_as_user_error
 from shared.programs import how_to_call
 from station.app.outputs import require_writable, write_text
 from station.arm.planning import Pose
@@ -52,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-@missing_said()
+@missing_as_user_error()
 def run(options: argparse.Namespace) -> int:
     """Reads, estimates, looks for a home pose, writes, and says what it estimated."""
     robot = read_robot(options.urdf)

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from shared.errors import UserError
-from shared.installed import missing_said
+from shared.installed import missing_as_user_error
 from station.recording.converters import converters
 from station.recording.reader import open_recording
 
@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, metavar="OUT", help="what to write; by default beside it, as FILE-FORMAT")
 
 
-@missing_said()
+@missing_as_user_error()
 def run(args: argparse.Namespace) -> int:
     """Converts, and says how many messages of each topic there are."""
     out: Path = args.out or args.file.with_name(f"{args.file.stem}-{args.to}")

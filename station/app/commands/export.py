@@ -24,7 +24,7 @@ import numpy as np
 from shared.errors import UserError
 from shared.visible import visible
 from station.app import exported_model
-from station.app.exporting import tell_unsaid, write_files
+from station.app.exporting import print_unsupported, write_files
 from station.app.sessions import read_session
 from station.export import Format, ModelFormat, export, export_formats, model_formats
 from station.export.from_samples import pair_of_slides
@@ -77,7 +77,7 @@ def run(options: argparse.Namespace) -> int:
         raise UserError(f"Expected friction to export in {_listed(options.files)}, but there is none")
     files = {each.NAME: export(pairs, each) for each in formats}
     write_files([file for of_format in files.values() for file in of_format], options.out, overwrite=options.overwrite)
-    tell_unsaid(files)
+    print_unsupported(files)
     if len(pairs) > 1:
         _tell_shared(pairs)
     return 1 if refused else 0

@@ -19,7 +19,7 @@ from rich.console import Console
 
 from shared.clock import SIMULATION_EPOCH_NS, SystemClock
 from shared.errors import UserError
-from shared.installed import missing_said
+from shared.installed import missing_as_user_error
 from shared.rig import RigConfig
 from station.app import assembly, recordings
 from station.app.claim import claim_arm, session_name
@@ -155,7 +155,7 @@ def sign_session(path: Path, *, where: Console) -> None:
     if keys is None or not path.exists():
         return
     try:
-        with missing_said():
+        with missing_as_user_error():
             from station.app.signing import sign  # noqa: PLC0415
 
             where.print(f"Signed: {sign(path, keys, now_ns=time.time_ns())}", markup=False)

@@ -10,7 +10,7 @@ from typing import Any
 from rich.console import RenderableType
 
 from shared.errors import UserError
-from shared.installed import missing_said
+from shared.installed import missing_as_user_error
 from shared.messages import CameraGeometry
 from station.app import analysing
 from station.app.analysing import notes_of
@@ -38,7 +38,7 @@ _SHOWN = ("polar", "limit_curve")
 """The figures that a notebook shows of each pair; the report has all."""
 
 
-@missing_said()
+@missing_as_user_error()
 def analyze(
     recordings: Source | Sequence[Source],
     *,

@@ -9,7 +9,7 @@ from typing import Any
 
 import tomli_w
 
-from shared.installed import missing_said
+from shared.installed import missing_as_user_error
 from station.app.diagnosing import diagnose_file, diagnose_session
 from station.app.front.page import fragment
 from station.app.front.recording import FilePath, Recording, path_of
@@ -30,7 +30,7 @@ from station.pages.caption import command_line, made_by
 from station.pages.drawing import style
 
 
-@missing_said()
+@missing_as_user_error()
 def diagnose(
     recording: Recording | FilePath,
     *,

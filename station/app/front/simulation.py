@@ -12,7 +12,7 @@ import tomli_w
 from rich.console import RenderableType
 
 from shared.errors import UserError
-from shared.installed import missing_said
+from shared.installed import missing_as_user_error
 from shared.messages import Sample
 from shared.rig import RigConfig
 from station.app import simulating
@@ -34,7 +34,7 @@ from station.simulators.rerun import errors
 from station.simulators.simulator import Elsewhere, OwnFriction, names
 
 
-@missing_said()
+@missing_as_user_error()
 def simulate(
     recording: Recording | FilePath,
     model: FilePath | Mapping[str, Any] | None = None,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from shared.installed import missing_said
+from shared.installed import missing_as_user_error
 from station.app.front.page import fragment
 from station.pages import pieces
 
@@ -49,7 +49,7 @@ class Table:
         """The columns by name, as arrays (n,) that cannot be written to."""
         return dict(self._columns)
 
-    @missing_said()
+    @missing_as_user_error()
     def to_pandas(self) -> pd.DataFrame:
         """The table as a DataFrame with a row for each moment or run.
 
@@ -60,7 +60,7 @@ class Table:
 
         return pd.DataFrame(self._columns)
 
-    @missing_said()
+    @missing_as_user_error()
     def to_arrow(self) -> pa.Table:  # pyright: ignore[reportUnknownParameterType]  # pyarrow has no types
         """The table in Arrow's form, which polars, DuckDB and Parquet take.
 

@@ -53,7 +53,7 @@ def tables_of(
             note=(
                 "se: of both studies together, for one pair of the paper with a quarter of its samples. Agrees: the "
                 "difference is at most two standard errors and the fineness of what is printed. Wood on wood has no "
-                "printed mean: 0.39 is 0.35 and the difference of around 0.04." + _believed(rows)
+                "printed mean: 0.39 is 0.35 and the difference of around 0.04." + _explained(rows)
             ),
         ),
         ReportTable(
@@ -66,7 +66,7 @@ def tables_of(
     )
 
 
-def _believed(rows: Sequence[Row]) -> str:
+def _explained(rows: Sequence[Row]) -> str:
     """The reasons of the rows that do not agree, each with the row's name."""
     names = [f"{row.quantity}, {row.pair}" for row in rows if not row.agrees]
     reasons = [(name, text) for name in names for start, text in BELIEVED.items() if name.startswith(start)]

@@ -32,7 +32,7 @@ ROUNDS = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Believed:
+class ExpectedDirections:
     """Expected deviations from the steepest line at the nodes (n, 3), rad, and their errors (n,) at the middle.
 
     `common_rad` (n, 3) is the part that similar runs share.
@@ -43,7 +43,9 @@ class Believed:
     common_rad: Array
 
 
-def believed(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array], run: Times) -> Believed:
+def expected_directions(
+    off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array], run: Times
+) -> ExpectedDirections:
     """The expectation of deviations from the steepest line, for slides at angles (n, 3) each, rad.
 
     `off_rad` (n, 3), rad, are the deviations as measured, with standard errors `sigma_rad` (n,), rad, which the rows of
@@ -51,7 +53,7 @@ def believed(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array], run:
     plate's texture, in the block.
     """
     if len(off_rad) == 0:
-        return Believed(off_rad, sigma_rad, off_rad)
+        return ExpectedDirections(off_rad, sigma_rad, off_rad)
     sigma = np.maximum(sigma_rad, LEAST_RAD)
     most = float(np.quantile(np.abs(off_rad), FAR))
     clipped, common = np.clip(off_rad, -most, most), np.zeros_like(off_rad)
@@ -61,7 +63,7 @@ def believed(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array], run:
         own = true_variance((off_rad - common)[:, 1], sigma)
     left = off_rad - common
     trust = own / (own + sigma**2)
-    return Believed(common + trust[:, None] * left, np.sqrt(trust) * sigma, common)
+    return ExpectedDirections(common + trust[:, None] * left, np.sqrt(trust) * sigma, common)
 
 
 def _common(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array], run: Times) -> Array:

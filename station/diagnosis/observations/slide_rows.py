@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from station.diagnosis.observations.channel import Channel, rows_of
-from station.diagnosis.observations.directions import Believed, believed
+from station.diagnosis.observations.directions import ExpectedDirections, expected_directions
 from station.diagnosis.observations.driving import driving
 from station.diagnosis.observations.expected_path import expected_path
 from station.diagnosis.observations.moments import Moments
@@ -17,7 +17,7 @@ from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.observations.plate import PlateMotion, Times
 from station.diagnosis.observations.slides import LEAST_M_S, LEAST_SLOPE_RAD, Across, Along, Motion, Turn
 from station.diagnosis.observations.tracks import RunTrack
-from station.diagnosis.observations.turning import believed_rates
+from station.diagnosis.observations.turning import expected_rates
 from station.diagnosis.observations.views import block_view
 from station.diagnosis.observations.windows import FINE_NODES, NODES, WEIGHTS, Windows
 from station.physics.contact import GRAVITY_M_S2, Array, Contact, View
@@ -57,7 +57,7 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
     )
     contact = moments.reported
     sigma_rad = np.array([track.sigma_rad for track in tracks])
-    rate_rad_s, rate_sigma = believed_rates(windows["node_yaw_rate_rad_s"], windows["velocity_factor"] * sigma_rad)
+    rate_rad_s, rate_sigma = expected_rates(windows["node_yaw_rate_rad_s"], windows["velocity_factor"] * sigma_rad)
     motion = Motion(
         moments,
         windows["acceleration_m_s2"],
@@ -119,14 +119,14 @@ def _seen(recorded: Recorded, moments: Moments, rate_rad_s: Array) -> View:
     )
 
 
-def _directions(recorded: Recorded) -> tuple[Array, Believed]:
+def _directions(recorded: Recorded) -> tuple[Array, ExpectedDirections]:
     """The direction down the slope at the nodes (n, 3), rad, and the slides' expected deviations from it."""
     windows = recorded.free_windows
     plate = recorded.plate.at(windows["node_ns"].ravel())
     down = plate.down_rad.reshape(-1, len(NODES))
     off = np.mod(windows["node_way_rad"] - down + np.pi, 2 * np.pi) - np.pi
     angles = (down, down - recorded.facts.mount_rad[windows["run"]][:, None], down - windows["node_pose"][..., 2])
-    found = believed(off, windows["way_sigma_rad"], angles, windows["run"])
+    found = expected_directions(off, windows["way_sigma_rad"], angles, windows["run"])
     level = plate.tilt_rad.reshape(down.shape) < LEAST_SLOPE_RAD
     off_rad, common_rad = (np.where(level, off, expected) for expected in (found.off_rad, found.common_rad))
     return down, replace(found, off_rad=off_rad, common_rad=common_rad)

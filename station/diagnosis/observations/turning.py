@@ -17,7 +17,7 @@ LEAST_RAD_S = 1e-6
 """The least error of a rate, by which its own variance is divided."""
 
 
-def believed_rates(rate_rad_s: Array, sigma_rad_s: Array) -> tuple[Array, Array]:
+def expected_rates(rate_rad_s: Array, sigma_rad_s: Array) -> tuple[Array, Array]:
     """The expected rates (n, 3) and their errors (n,), rad/s.
 
     `rate_rad_s` (n, 3) are the measured ones at three moments of each of n stretches of a slide, with errors

@@ -22,7 +22,7 @@ def is_trifle(evidence: Evidence, without: Fit, fitted: Fit) -> bool:
 
     The nuisances of the fit without it may stand in for the effect up to BELIEVED of their standard deviations.
     """
-    model = _believable(without.model)
+    model = _with_clipped_nuisances(without.model)
     for channel in evidence.channels:
         apart = channel.residual(fitted.model) - channel.residual(model)
         if len(apart) and float(np.abs(apart).max()) > channel.trusted:
@@ -30,7 +30,7 @@ def is_trifle(evidence: Evidence, without: Fit, fitted: Fit) -> bool:
     return True
 
 
-def _believable(model: Model) -> Model:
+def _with_clipped_nuisances(model: Model) -> Model:
     """The model with its nuisances clipped to BELIEVED of their standard deviations."""
     for term in model.terms:
         if is_nuisance(term.effect):

@@ -15,7 +15,7 @@ from station.export.exported import ExportedFile, NamedPair, hashed, measured_li
 from station.export.materials import each_material
 from station.export.measured import FixedIn, MeasuredPair
 from station.export.scene import scene_of
-from station.export.unsaid import always_unsaid, no_kinetic
+from station.export.unsupported import always_unsupported, no_kinetic
 
 NAME = "bullet"
 HELP = "URDF of plate and object for Bullet, with a loader for the cone and anisotropic friction"
@@ -30,11 +30,11 @@ def export(pairs: Sequence[NamedPair]) -> tuple[ExportedFile, ...]:
 
 
 def _files(stem: str, pair: MeasuredPair) -> tuple[ExportedFile, ...]:
-    unsaid = (*_yaw(pair), no_kinetic(pair, engine="Bullet"), *always_unsaid(pair))
+    unsupported = (*_yaw(pair), no_kinetic(pair, engine="Bullet"), *always_unsupported(pair))
     return (
-        ExportedFile(f"{stem}_plate.urdf", _urdf(stem, pair, "plate", unsaid), pair.name, unsaid),
-        ExportedFile(f"{stem}_object.urdf", _urdf(stem, pair, "object", unsaid), pair.name, unsaid),
-        ExportedFile(f"{stem}_bullet.py", _loader(stem, pair, unsaid), pair.name, unsaid),
+        ExportedFile(f"{stem}_plate.urdf", _urdf(stem, pair, "plate", unsupported), pair.name, unsupported),
+        ExportedFile(f"{stem}_object.urdf", _urdf(stem, pair, "object", unsupported), pair.name, unsupported),
+        ExportedFile(f"{stem}_bullet.py", _loader(stem, pair, unsupported), pair.name, unsupported),
     )
 
 
@@ -48,12 +48,12 @@ def _yaw(pair: MeasuredPair) -> list[str]:
     ]
 
 
-def _urdf(stem: str, pair: MeasuredPair, body: FixedIn, unsaid: Sequence[str]) -> str:
+def _urdf(stem: str, pair: MeasuredPair, body: FixedIn, unsupported: Sequence[str]) -> str:
     scene = scene_of(pair)
     about = [
         *measured_lines(pair),
         "Bullet reads the product of both bodies' lateral_friction, scaled along the axes by the loader.",
-        *(f"NOT SAID: {text}" for text in unsaid),
+        *(f"NOT SAID: {text}" for text in unsupported),
     ]
     plate = body == "plate"
     size = (scene.plate_side_m, scene.plate_side_m, scene.plate_thickness_m) if plate else (scene.side_m,) * 3
@@ -79,8 +79,8 @@ def _urdf(stem: str, pair: MeasuredPair, body: FixedIn, unsaid: Sequence[str]) -
 """
 
 
-def _loader(stem: str, pair: MeasuredPair, unsaid: Sequence[str]) -> str:
-    about = [*measured_lines(pair), *(f"NOT SAID: {text}" for text in unsaid)]
+def _loader(stem: str, pair: MeasuredPair, unsupported: Sequence[str]) -> str:
+    about = [*measured_lines(pair), *(f"NOT SAID: {text}" for text in unsupported)]
     ratio = number(pair.mu_2 / pair.mu_1)
     anisotropic = (
         ""

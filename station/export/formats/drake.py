@@ -15,7 +15,7 @@ from station.export.exported import ExportedFile, NamedPair, measured_lines, num
 from station.export.materials import each_material
 from station.export.measured import MeasuredPair
 from station.export.scene import Scene, scene_of
-from station.export.unsaid import always_unsaid, no_anisotropy
+from station.export.unsupported import always_unsupported, no_anisotropy
 
 NAME = "drake"
 HELP = "SDF for Drake: drake:mu_static and mu_dynamic (harmonic mean), an object on four feet"
@@ -29,8 +29,8 @@ def export(pairs: Sequence[NamedPair]) -> tuple[ExportedFile, ...]:
 
 
 def _file(stem: str, pair: MeasuredPair) -> ExportedFile:
-    unsaid = (*no_anisotropy(pair, engine="Drake"), _kinetic(pair), *always_unsaid(pair))
-    return ExportedFile(f"{stem}.drake.sdf", _world(stem, pair, unsaid), pair.name, unsaid)
+    unsupported = (*no_anisotropy(pair, engine="Drake"), _kinetic(pair), *always_unsupported(pair))
+    return ExportedFile(f"{stem}.drake.sdf", _world(stem, pair, unsupported), pair.name, unsupported)
 
 
 def _kinetic(pair: MeasuredPair) -> str:
@@ -45,13 +45,13 @@ def _kinetic(pair: MeasuredPair) -> str:
     )
 
 
-def _world(stem: str, pair: MeasuredPair, unsaid: Sequence[str]) -> str:
+def _world(stem: str, pair: MeasuredPair, unsupported: Sequence[str]) -> str:
     scene = scene_of(pair)
     about = [
         *measured_lines(pair),
         "Call plant.set_discrete_contact_approximation(DiscreteContactApproximation.kSap) before Finalize: with the "
         "default (lagged) the object starts about a degree early.",
-        *(f"NOT SAID: {text}" for text in unsaid),
+        *(f"NOT SAID: {text}" for text in unsupported),
     ]
     friction = _friction(each_material("harmonic", pair.mu))
     return sdf.world(

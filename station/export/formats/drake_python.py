@@ -42,9 +42,11 @@ def export_model(named_model: NamedModel) -> tuple[ExportedFile, ...]:
         "are part of it: with Drake's own settings a block starts more than a degree early, and with SAP one on small "
         "feet hops while it slides.",
     ]
-    said = frozenset(HOOKS) - {"creep"}
+    supported = frozenset(HOOKS) - {"creep"}
     (scene,) = scenes.export(named([pair]))
-    file = python_file(named_model, engine="Drake", says=said, caveats=CORNERS, how=how, bench=bench, scene=scene.text)
+    file = python_file(
+        named_model, engine="Drake", supported=supported, caveats=CORNERS, how=how, bench=bench, scene=scene.text
+    )
     return (file,)
 
 

@@ -14,7 +14,7 @@ from station.export import sdf
 from station.export.exported import ExportedFile, NamedPair, measured_lines, number
 from station.export.measured import MeasuredPair
 from station.export.scene import scene_of
-from station.export.unsaid import always_unsaid, no_kinetic, pyramid_excess_rad
+from station.export.unsupported import always_unsupported, no_kinetic, pyramid_excess_rad
 
 NAME = "gazebo"
 _SETTINGS = """\
@@ -31,8 +31,8 @@ def export(pairs: Sequence[NamedPair]) -> tuple[ExportedFile, ...]:
 
 
 def _file(stem: str, pair: MeasuredPair) -> ExportedFile:
-    unsaid = (_pyramid(pair), no_kinetic(pair, engine="Gazebo"), *always_unsaid(pair))
-    return ExportedFile(f"{stem}.gazebo.sdf", _world(stem, pair, unsaid), pair.name, unsaid)
+    unsupported = (_pyramid(pair), no_kinetic(pair, engine="Gazebo"), *always_unsupported(pair))
+    return ExportedFile(f"{stem}.gazebo.sdf", _world(stem, pair, unsupported), pair.name, unsupported)
 
 
 def _pyramid(pair: MeasuredPair) -> str:
@@ -44,12 +44,12 @@ def _pyramid(pair: MeasuredPair) -> str:
     )
 
 
-def _world(stem: str, pair: MeasuredPair, unsaid: Sequence[str]) -> str:
+def _world(stem: str, pair: MeasuredPair, unsupported: Sequence[str]) -> str:
     scene = scene_of(pair)
     about = [
         *measured_lines(pair),
         "fdir1 is the direction of mu in the frame of its collision.",
-        *(f"NOT SAID: {text}" for text in unsaid),
+        *(f"NOT SAID: {text}" for text in unsupported),
     ]
     cube = sdf.collision(
         "object",

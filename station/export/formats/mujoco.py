@@ -13,7 +13,7 @@ from station.export.exported import ExportedFile, NamedPair, measured_lines, num
 from station.export.measured import MeasuredPair
 from station.export.mujoco_frame import worst_turn_rad
 from station.export.scene import scene_of, yaw_quaternion
-from station.export.unsaid import always_unsaid, no_kinetic
+from station.export.unsupported import always_unsupported, no_kinetic
 from station.simulators.mujoco.contact import EXACT
 
 NAME = "mujoco"
@@ -27,8 +27,8 @@ def export(pairs: Sequence[NamedPair]) -> tuple[ExportedFile, ...]:
 
 
 def _file(stem: str, pair: MeasuredPair) -> ExportedFile:
-    unsaid = (*_frame(pair), no_kinetic(pair, engine="MuJoCo"), *always_unsaid(pair))
-    return ExportedFile(f"{stem}.mjcf.xml", _model(stem, pair, unsaid), pair.name, unsaid)
+    unsupported = (*_frame(pair), no_kinetic(pair, engine="MuJoCo"), *always_unsupported(pair))
+    return ExportedFile(f"{stem}.mjcf.xml", _model(stem, pair, unsupported), pair.name, unsupported)
 
 
 def _frame(pair: MeasuredPair) -> list[str]:
@@ -55,7 +55,7 @@ def _frame(pair: MeasuredPair) -> list[str]:
     ]
 
 
-def _model(stem: str, pair: MeasuredPair, unsaid: Sequence[str]) -> str:
+def _model(stem: str, pair: MeasuredPair, unsupported: Sequence[str]) -> str:
     scene = scene_of(pair)
     yaw = 0.0 if pair.isotropic else math.pi / 2 - pair.axis_rad
     turned = f' quat="{_numbers(yaw_quaternion(yaw))}"'
@@ -63,7 +63,7 @@ def _model(stem: str, pair: MeasuredPair, unsaid: Sequence[str]) -> str:
     about = [
         *measured_lines(pair),
         "To use it elsewhere take the <option> and the <pair> with your geoms' names; geom friction is not read then.",
-        *(f"NOT SAID: {text}" for text in unsaid),
+        *(f"NOT SAID: {text}" for text in unsupported),
     ]
     return f"""{xml_comment(about)}
 <mujoco model="{stem}">

@@ -41,10 +41,10 @@ def export_model(named_model: NamedModel) -> tuple[ExportedFile, ...]:
         "Take the <option> and the <pair> of SCENE into your own scene: with MuJoCo's defaults a block starts many "
         "degrees early.",
     ]
-    says = frozenset(HOOKS) - {"creep"}
+    supported = frozenset(HOOKS) - {"creep"}
     (scene,) = scenes.export(named([pair]))
     file = python_file(
-        named_model, engine="MuJoCo", says=says, caveats=MET_CORNERS, how=how, bench=bench, scene=scene.text
+        named_model, engine="MuJoCo", supported=supported, caveats=MET_CORNERS, how=how, bench=bench, scene=scene.text
     )
     return (file,)
 

@@ -22,7 +22,7 @@ def export_model(named: NamedModel) -> tuple[ExportedFile, ...]:
         "block = Block(Law(MODEL, Watch())) lies on the plate; block.advance(gravity) takes one step under gravity "
         "(3,), m/s², in the plate's frame, and gives x, y and yaw.",
     ]
-    return (python_file(named, engine="numpy", says=frozenset(HOOKS), how=how, bench=bench),)
+    return (python_file(named, engine="numpy", supported=frozenset(HOOKS), how=how, bench=bench),)
 
 
 def bench(model: Model) -> Block:

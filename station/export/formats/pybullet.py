@@ -34,8 +34,8 @@ def export_model(named: NamedModel) -> tuple[ExportedFile, ...]:
         "Steps of 1 ms, SETTINGS and a friction anchor (see PybulletBench) are part of it: with Bullet's own a block "
         "creeps, and starts at other angles.",
     ]
-    said = frozenset(HOOKS) - {"creep"}
-    return (python_file(named, engine="PyBullet", says=said, caveats=CORNERS, how=how, bench=bench),)
+    supported = frozenset(HOOKS) - {"creep"}
+    return (python_file(named, engine="PyBullet", supported=supported, caveats=CORNERS, how=how, bench=bench),)
 
 
 class Friction:

@@ -12,7 +12,7 @@ from station.export.exported import ExportedFile, NamedPair, hashed, measured_li
 from station.export.materials import each_material
 from station.export.measured import MeasuredPair
 from station.export.scene import scene_of
-from station.export.unsaid import always_unsaid, no_anisotropy
+from station.export.unsupported import always_unsupported, no_anisotropy
 
 NAME = "usd"
 HELP = "USD physics (.usda): static and dynamic friction of two materials (average), no directions"
@@ -24,8 +24,8 @@ def export(pairs: Sequence[NamedPair]) -> tuple[ExportedFile, ...]:
 
 
 def _file(stem: str, pair: MeasuredPair) -> ExportedFile:
-    unsaid = (*no_anisotropy(pair, engine="USD physics"), *_kinetic(pair), *always_unsaid(pair))
-    return ExportedFile(f"{stem}.usda", _stage(pair, unsaid), pair.name, unsaid)
+    unsupported = (*no_anisotropy(pair, engine="USD physics"), *_kinetic(pair), *always_unsupported(pair))
+    return ExportedFile(f"{stem}.usda", _stage(pair, unsupported), pair.name, unsupported)
 
 
 def _kinetic(pair: MeasuredPair) -> list[str]:
@@ -38,9 +38,9 @@ def _kinetic(pair: MeasuredPair) -> list[str]:
     return ["Kinetic friction was not measured: dynamicFriction is the static coefficient."]
 
 
-def _stage(pair: MeasuredPair, unsaid: Sequence[str]) -> str:
+def _stage(pair: MeasuredPair, unsupported: Sequence[str]) -> str:
     scene = scene_of(pair)
-    about = [*measured_lines(pair), *(f"NOT SAID: {text}" for text in unsaid)]
+    about = [*measured_lines(pair), *(f"NOT SAID: {text}" for text in unsupported)]
     kinetic = pair.mu * (1.0 if math.isnan(pair.kinetic_ratio) else pair.kinetic_ratio)
     friction = (each_material("average", pair.mu), each_material("average", kinetic))
     wide, thick, side = scene.plate_side_m, scene.plate_thickness_m, scene.side_m

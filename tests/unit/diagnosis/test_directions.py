@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from station.diagnosis.observations.directions import Believed, believed
+from station.diagnosis.observations.directions import ExpectedDirections, expected_directions
 from station.physics.contact import Array
 
 RUNS, WINDOWS = 96, 6
@@ -15,7 +15,7 @@ RUN = np.repeat(np.arange(RUNS), WINDOWS)
 SIGMA = 0.01
 
 
-def seen(rng: np.random.Generator, *, wave_rad: float, own_rad: float) -> tuple[Array, Believed]:
+def seen(rng: np.random.Generator, *, wave_rad: float, own_rad: float) -> tuple[Array, ExpectedDirections]:
     """The true deviations (rows, 3), rad, of slides in four directions, of blocks that turn slowly, and the expected.
 
     The rows of a run share the error of its direction, which is that of its whole path.
@@ -27,7 +27,7 @@ def seen(rng: np.random.Generator, *, wave_rad: float, own_rad: float) -> tuple[
     at_nodes: list[Array] = [
         np.asarray(np.repeat(values[:, None], 3, axis=1), dtype=np.float64) for values in (measured, down, down - yaw)
     ]
-    found = believed(at_nodes[0], np.full(len(RUN), SIGMA), (at_nodes[1], at_nodes[1], at_nodes[2]), RUN)
+    found = expected_directions(at_nodes[0], np.full(len(RUN), SIGMA), (at_nodes[1], at_nodes[1], at_nodes[2]), RUN)
     return np.repeat(true[:, None], 3, axis=1), found
 
 

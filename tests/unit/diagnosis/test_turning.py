@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from station.diagnosis.observations.turning import believed_rates
+from station.diagnosis.observations.turning import expected_rates
 from station.physics.contact import Array
 
 STRETCHES, SIGMA = 2000, 0.3
@@ -16,7 +16,7 @@ def seen(own_rad_s: float) -> tuple[Array, Array, Array]:
     rng = np.random.default_rng(20261150)
     true = rng.normal(0.0, own_rad_s, STRETCHES)
     measured = true + rng.normal(0.0, SIGMA, STRETCHES)
-    expected, error = believed_rates(np.repeat(measured[:, None], 3, axis=1), np.full(STRETCHES, SIGMA))
+    expected, error = expected_rates(np.repeat(measured[:, None], 3, axis=1), np.full(STRETCHES, SIGMA))
     return true, expected, error
 
 
@@ -36,6 +36,6 @@ def test_blocks_that_do_not_turn_are_not_expected_to() -> None:
 
 
 def test_without_stretches_nothing_is_expected() -> None:
-    expected, error = believed_rates(np.zeros((0, 3)), np.zeros(0))
+    expected, error = expected_rates(np.zeros((0, 3)), np.zeros(0))
     assert expected.shape == (0, 3)
     assert error.shape == (0,)

@@ -12,7 +12,7 @@ _NOTICED_RAD = math.radians(0.05)
 _CIRCLE: Array = np.linspace(0, 2 * math.pi, 361)
 
 
-def always_unsaid(pair: MeasuredPair) -> list[str]:
+def always_unsupported(pair: MeasuredPair) -> list[str]:
     """The facts that no rigid-body format says: one-way friction, a second ellipse, other shapes, scatter, remarks."""
     said: list[str] = []
     if pair.one_way != 1.0:

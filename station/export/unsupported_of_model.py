@@ -23,12 +23,14 @@ LEFT_OUT = {
 """The part that is missing where the method of that name cannot be said."""
 
 
-def unsaid_of_model(model: Model, *, engine: str, says: frozenset[str], caveats: Mapping[str, str]) -> list[str]:
+def unsupported_of_model(
+    model: Model, *, engine: str, supported: frozenset[str], caveats: Mapping[str, str]
+) -> list[str]:
     """A sentence for each effect of which an engine's code leaves something out, or makes something else."""
     said: list[str] = []
     for effect in (term.effect for term in model.terms if not term.effect.is_null(term.values)):
         hooks = [hook for hook in HOOKS if hook in effect.acts_through()]
-        missing = [LEFT_OUT[hook] for hook in hooks if hook not in says]
+        missing = [LEFT_OUT[hook] for hook in hooks if hook not in supported]
         if missing:
             said.append(f"{engine} leaves out of {effect.id}: {', '.join(missing)}.")
         said += [f"{effect.id} in {engine}: {caveats[hook]}." for hook in hooks if hook in caveats]
