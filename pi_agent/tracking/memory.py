@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from pi_agent.tracking import validation_gate
 from pi_agent.tracking.config import TrackerConfig
-from pi_agent.tracking.known_shape import KnownShape, Settled
 from pi_agent.tracking.motion import STILL, Way, unsheared
 from pi_agent.tracking.refine import Fit
 from pi_agent.tracking.resting import NEAR_ON_TEXTURE_PX, NEAR_PX, RestingShape, lean_of, noise_px
+from pi_agent.tracking.shape_filter import Settled, ShapeFilter
 
 Points = NDArray[np.complex128]
 
@@ -36,7 +36,7 @@ class Memory:
     def _forget_outline(self) -> None:
         near_px = NEAR_ON_TEXTURE_PX if self._config.mark.margin <= 0 else NEAR_PX
         self._resting = RestingShape(near_px=near_px, line_s=self._line_s)
-        self._known = KnownShape(line_s=self._line_s)
+        self._shape_filter = ShapeFilter(line_s=self._line_s)
         self._departed = 0
 
     def unsteady_px(self, corners: Points, way: Way) -> float:
@@ -48,10 +48,10 @@ class Memory:
         if fit.edges is None:
             return fit
         slack_px = self.unsteady_px(fit.corners, way)
-        recalled = self._known.recall(fit.corners, fit.edges, sigma_px=fit.sigma_px, way=way, slack_px=slack_px)
+        recalled = self._shape_filter.recall(fit.corners, fit.edges, sigma_px=fit.sigma_px, way=way, slack_px=slack_px)
         if recalled is not None:
             return _agreed(fit, recalled)._replace(recalled=recalled.agrees)
-        settled = self._known.settle(fit.corners, fit.edges, way=way, slack_px=slack_px)
+        settled = self._shape_filter.settle(fit.corners, fit.edges, way=way, slack_px=slack_px)
         return fit if settled is None else _agreed(fit, settled)
 
     def compared(self, fit: Fit, way: Way) -> validation_gate.Verdict:
@@ -116,7 +116,7 @@ class Memory:
     def _learn_shape(self, alone: Fit, way: Way) -> None:
         if alone.edges is not None:
             noise = noise_px(contrast=alone.contrast, blur_px=self.blur_px)
-            self._known.learn(alone.corners, sigma_px=alone.sigma_px, noise_px=noise, way=way)
+            self._shape_filter.learn(alone.corners, sigma_px=alone.sigma_px, noise_px=noise, way=way)
 
     def _learn_blur(self, fit: Fit, share: float) -> None:
         self.blur_px += share * (sum(fit.blur_px.tolist()) / 4 - self.blur_px)

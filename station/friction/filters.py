@@ -44,10 +44,10 @@ class Opening:
 
 @dataclass(frozen=True, eq=False)
 class Flags:
-    """The slides (n,) that each filter flagged, and those (n,) that it could judge at all."""
+    """The slides (n,) that each filter flagged, and those (n,) to which it is applicable at all."""
 
     by_filter: Mapping[str, Bools]
-    judged: Mapping[str, Bools]
+    applicable: Mapping[str, Bools]
     slid: Bools
 
     @property
@@ -91,7 +91,7 @@ def filter_slides(slides: Slides, *, opening: Opening | None = None) -> Flags:
             # Where places are unknown, an earlier analysis that knew them is believed.
             "border": (placed & grazes(slides, opening=opening or Opening())) | (slid & ~placed & slides.at_border),
         },
-        judged={"distance": known, "angle": slid, "circumference": known, "border": placed},
+        applicable={"distance": known, "angle": slid, "circumference": known, "border": placed},
         slid=slid,
     )
 

@@ -26,10 +26,12 @@ def tables(results: Sequence[PairResult]) -> tuple[ReportTable, ...]:
 
 
 def _filter_table(results: Sequence[PairResult]) -> ReportTable:
-    rows = [_counts_row(result.pair.name, result.counts, _judging(result)) for result in results]
+    rows = [_counts_row(result.pair.name, result.counts, _applicable_filters(result)) for result in results]
     if len(results) > 1:
         every = [result.counts for result in results]
-        rows.append(_counts_row("all", _sum(every), set[str]().union(*(_judging(result) for result in results))))
+        rows.append(
+            _counts_row("all", _sum(every), set[str]().union(*(_applicable_filters(result) for result in results)))
+        )
     return ReportTable(
         title="Filtered samples (the paper's Table III)",
         columns=("pair", "slides", "unique", "%", "total", *FILTERS, "no slide"),
@@ -38,14 +40,16 @@ def _filter_table(results: Sequence[PairResult]) -> ReportTable:
     )
 
 
-def _judging(result: PairResult) -> set[str]:
+def _applicable_filters(result: PairResult) -> set[str]:
     """The filters that could judge any slide of a pair."""
-    return {name for name, judged in result.pair.flags.judged.items() if judged.any()}
+    return {name for name, applicable in result.pair.flags.applicable.items() if applicable.any()}
 
 
-def _counts_row(name: str, counts: FilterCounts, judging: set[str]) -> tuple[str, ...]:
+def _counts_row(name: str, counts: FilterCounts, applicable: set[str]) -> tuple[str, ...]:
     share = number(counts.unique / counts.samples, ".1%") if counts.samples else "–"
-    by_filter = (str(flagged) if filter_name in judging else "–" for filter_name, flagged in counts.by_filter.items())
+    by_filter = (
+        str(flagged) if filter_name in applicable else "–" for filter_name, flagged in counts.by_filter.items()
+    )
     return (name, str(counts.samples), str(counts.unique), share, str(counts.total), *by_filter, str(counts.censored))
 
 

@@ -42,7 +42,7 @@ def robust_flags(slides: Slides, *, opening: Opening | None = None) -> Flags:
             "multivariate": _outlying(slides, known),
             "leaning": placed & touching(before, opening.radius_m),
         },
-        judged={"angle_mad": slid, "circumference_mad": known, "multivariate": known, "leaning": placed},
+        applicable={"angle_mad": slid, "circumference_mad": known, "multivariate": known, "leaning": placed},
         slid=slid,
     )
 

@@ -30,31 +30,31 @@ def draw(pair: Pair) -> Figure:
     slides, flags = pair.slides, pair.flags.by_filter
     titles = ("(a) Distance", "(b) Angle", "(c) Circumference", "(d) Border")
     for axes, title, name in zip(panels.flat, titles, flags, strict=True):
-        judged = pair.flags.judged[name]
-        axes.set_title(f"{title} filter: {int(flags[name].sum())} of {int(judged.sum())} flagged")
-        if not judged.any():
+        applicable = pair.flags.applicable[name]
+        axes.set_title(f"{title} filter: {int(flags[name].sum())} of {int(applicable.sum())} flagged")
+        if not applicable.any():
             nothing_to_draw(axes, "not judged: there is no calibration" if name == "border" else "no slide to judge")
     distance, angle, around, border = panels.flat
-    judged = pair.flags.judged
-    if judged["distance"].any():
-        _histogram(distance, slides.distance_px, judged["distance"], flags["distance"])
+    applicable = pair.flags.applicable
+    if applicable["distance"].any():
+        _histogram(distance, slides.distance_px, applicable["distance"], flags["distance"])
         distance.axvline(DISTANCE_PX, color=FLAGGED, linewidth=0.8, linestyle="--")
         distance.set_xlabel("sliding distance (px)")
-        _circumferences(around, slides.circumference_px, judged["circumference"], flags["circumference"])
-    if judged["angle"].any():
-        _histogram(angle, slides.theta_rad, judged["angle"], flags["angle"])
+        _circumferences(around, slides.circumference_px, applicable["circumference"], flags["circumference"])
+    if applicable["angle"].any():
+        _histogram(angle, slides.theta_rad, applicable["angle"], flags["angle"])
         angle.set_xlabel("angle of repose θ (rad)")
-    if judged["border"].any():
+    if applicable["border"].any():
         _paths(border, pair)
     figure.suptitle(pair.name)
     return figure
 
 
-def _histogram(axes: Any, values: Array, judged: Bools, flagged: Bools) -> None:
+def _histogram(axes: Any, values: Array, applicable: Bools, flagged: Bools) -> None:
     # Some samples in every bin, however few there are.
-    bins = int(np.clip(1.5 * np.sqrt(judged.sum()), 10, _MOST_BINS))
-    edges = np.histogram_bin_edges(values[judged], bins=bins)
-    parts = [values[judged & ~flagged], values[judged & flagged]]
+    bins = int(np.clip(1.5 * np.sqrt(applicable.sum()), 10, _MOST_BINS))
+    edges = np.histogram_bin_edges(values[applicable], bins=bins)
+    parts = [values[applicable & ~flagged], values[applicable & flagged]]
     axes.hist(parts, bins=edges, stacked=True, color=[KEPT, FLAGGED], label=["kept", "flagged"])
     axes.set_ylabel("samples")
     # A single flagged sample would be a hair beside the others.
@@ -63,8 +63,8 @@ def _histogram(axes: Any, values: Array, judged: Bools, flagged: Bools) -> None:
     axes.spines["right"].set_visible(False)
 
 
-def _circumferences(axes: Any, around: Array, judged: Bools, flagged: Bools) -> None:
-    for chosen, colour, size in ((judged & ~flagged, KEPT, 5), (judged & flagged, FLAGGED, 9)):
+def _circumferences(axes: Any, around: Array, applicable: Bools, flagged: Bools) -> None:
+    for chosen, colour, size in ((applicable & ~flagged, KEPT, 5), (applicable & flagged, FLAGGED, 9)):
         axes.scatter(*around[chosen].T, s=size, color=colour, linewidths=0, alpha=0.7, rasterized=True)
     axes.set_xlabel("circumference before (px)")
     axes.set_ylabel("after (px)")
@@ -74,8 +74,8 @@ def _circumferences(axes: Any, around: Array, judged: Bools, flagged: Bools) -> 
 def _paths(axes: Any, pair: Pair) -> None:
     slides, flags = pair.slides, pair.flags
     ends = np.stack([centres_px(slides.pre_px), centres_px(slides.post_px)], axis=1)
-    judged, flagged = flags.judged["border"], flags.by_filter["border"]
-    for chosen, colour, width in ((judged & ~flagged, "0.6", 0.4), (judged & flagged, FLAGGED, 0.8)):
+    applicable, flagged = flags.applicable["border"], flags.by_filter["border"]
+    for chosen, colour, width in ((applicable & ~flagged, "0.6", 0.4), (applicable & flagged, FLAGGED, 0.8)):
         axes.add_collection(LineCollection(list(ends[chosen]), colors=colour, linewidths=width, rasterized=True))
         axes.scatter(*ends[chosen, 0].T, s=3, color=colour, linewidths=0, rasterized=True)
     foam = _foam_px(pair)

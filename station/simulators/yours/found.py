@@ -80,12 +80,12 @@ class Found:
         usual = {"x_m": x0, "y_m": y0, "yaw_rad": yaw0, "vx_m_s": 0.0, "vy_m_s": 0.0}
         usual |= {"slid_from_s": state["t_s"], "rest_from_s": float(commands.time_s[0, 0] - commands.rest_s[0])}
         values = [np.atleast_1d(np.asarray(one, dtype=float)) for one in ({**usual, **state}[name] for name in _ORDER)]
-        time_s, x, y, yaw, vx, vy, slid, rested = np.broadcast_arrays(*values)
+        time_s, x, y, yaw, vx, vy, slid, rest_from_s = np.broadcast_arrays(*values)
         number = np.clip(np.searchsorted(commands.time_s[0], time_s, side="right") - 1, 0, world.plate.knots - 2)
         speed = np.hypot(vx, vy)
         row = np.zeros(len(time_s), dtype=np.intp)
         slid_from_s = np.where(speed > 0, slid, np.inf)
-        blocks = world.blocks(row, number, rest_from_s=rested, slid_from_s=slid_from_s)
+        blocks = world.blocks(row, number, rest_from_s=rest_from_s, slid_from_s=slid_from_s)
         down = gravity_at(blocks.stretch, time_s)
         way = np.where(speed > 0, np.arctan2(vy, vx), np.arctan2(down.y, down.x))
         return world.contact(blocks, time_s, Motion(x, y, yaw, speed, way), down)

@@ -21,9 +21,9 @@ def regular(number: int = 100) -> list[Sample]:
     return [sample(run=run, angle_rad=0.35 + 0.01 * (-1) ** run) for run in range(1, number + 1)]
 
 
-def flags_of(samples: Sequence[Sample], judge: Callable[..., Flags] = filter_slides) -> dict[str, set[int]]:
+def flags_of(samples: Sequence[Sample], filter_of: Callable[..., Flags] = filter_slides) -> dict[str, set[int]]:
     slides = slides_of(samples, GEOMETRY)
-    flags = judge(slides)
+    flags = filter_of(slides)
     return {name: {int(run) for run in slides.run[found]} for name, found in flags.by_filter.items() if found.any()}
 
 
@@ -90,9 +90,9 @@ def test_table_three_counts_a_twice_flagged_slide_once_as_unique_and_twice_in_to
 
 def test_without_a_calibration_the_border_is_not_judged():
     flags = filter_slides(slides_of([sample(start_m=(0.0395, 0.004), slide_m=0.008)]))
-    assert not flags.judged["border"].any()
+    assert not flags.applicable["border"].any()
     assert not flags.by_filter["border"].any()
-    assert flags.judged["distance"].all()
+    assert flags.applicable["distance"].all()
 
 
 def test_an_earlier_flag_of_the_border_counts_only_where_there_is_no_calibration():
@@ -120,6 +120,6 @@ def test_robust_distances_of_normal_points_have_their_tail_and_a_hidden_point_is
 
 def test_the_alternatives_flag_few_of_a_clean_session():
     slides = slides_of(session(2000, rng=np.random.default_rng(8)), GEOMETRY)
-    for judge in (filter_slides, robust_flags):
-        for name, found in judge(slides).by_filter.items():
+    for filter_of in (filter_slides, robust_flags):
+        for name, found in filter_of(slides).by_filter.items():
             assert found.mean() < 0.02, name

@@ -6,9 +6,9 @@ from numpy.typing import NDArray
 
 from pi_agent.rendering import Pose, Scene, surface
 from pi_agent.rendering.projection import corners_px
-from pi_agent.tracking.known_shape import KnownShape, Settled
 from pi_agent.tracking.mark import Mark
 from pi_agent.tracking.motion import STILL, Way, unsheared
+from pi_agent.tracking.shape_filter import Settled, ShapeFilter
 from pi_agent.tracking.shutter import Shutter
 
 Points = NDArray[np.complex128]
@@ -27,14 +27,14 @@ def _noise(rng: np.random.Generator) -> Points:
     return _complex(rng.normal(0.0, SIGMA_PX, (4, 2)))
 
 
-def _slid(rng: np.random.Generator, *, places: int, growth: float = 0.0) -> tuple[KnownShape, Points]:
+def _slid(rng: np.random.Generator, *, places: int, growth: float = 0.0) -> tuple[ShapeFilter, Points]:
     """Returns what so many places tell, 20 px apart, and the next true corners; `growth` is from place to place."""
-    known = KnownShape(line_s=0.0)
+    shape_filter = ShapeFilter(line_s=0.0)
     for place in range(places):
         corners = _at(place, growth) + _noise(rng)
-        known.settle(corners, VARIANCE, way=STILL, slack_px=0.0)
-        known.learn(corners, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
-    return known, _at(places, growth)
+        shape_filter.settle(corners, VARIANCE, way=STILL, slack_px=0.0)
+        shape_filter.learn(corners, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
+    return shape_filter, _at(places, growth)
 
 
 def _at(place: int, growth: float) -> Points:
@@ -49,8 +49,8 @@ def test_corners_by_edges_and_shape_are_as_much_better_as_is_said() -> None:
     rng = np.random.default_rng(1)
     errors, shares = [], []
     for _ in range(150):
-        known, truth = _slid(rng, places=6)
-        told = known.settle(truth + _noise(rng), VARIANCE, way=STILL, slack_px=0.0)
+        shape_filter, truth = _slid(rng, places=6)
+        told = shape_filter.settle(truth + _noise(rng), VARIANCE, way=STILL, slack_px=0.0)
         assert told is not None
         errors.append(told.corners - truth)
         shares.append(told.mean_share)
@@ -59,36 +59,36 @@ def test_corners_by_edges_and_shape_are_as_much_better_as_is_said() -> None:
 
 
 def test_at_one_place_nothing_is_known_of_the_shape_however_many_frames_there_are() -> None:
-    known = KnownShape(line_s=0.0)
+    shape_filter = ShapeFilter(line_s=0.0)
     for _ in range(50):
-        known.learn(PLACED, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
-    assert known.settle(PLACED, VARIANCE, way=STILL, slack_px=0.0) is None
+        shape_filter.learn(PLACED, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
+    assert shape_filter.settle(PLACED, VARIANCE, way=STILL, slack_px=0.0) is None
 
 
 def test_an_edge_that_disagrees_with_the_shape_makes_the_corners_doubtful_and_does_not_move_them() -> None:
-    known, truth = _slid(np.random.default_rng(2), places=8)
+    shape_filter, truth = _slid(np.random.default_rng(2), places=8)
     pulled = truth + np.array([0.0, 0.4, 0.4, 0.0]) * np.exp(0.4j)
-    told = known.settle(pulled, VARIANCE, way=STILL, slack_px=0.0)
+    told = shape_filter.settle(pulled, VARIANCE, way=STILL, slack_px=0.0)
     assert told is not None
     assert told.worst_share > 2.0
     np.testing.assert_array_equal(told.corners, pulled)
 
 
 def test_a_mark_that_keeps_disagreeing_has_another_shape() -> None:
-    known, truth = _slid(np.random.default_rng(2), places=8)
+    shape_filter, truth = _slid(np.random.default_rng(2), places=8)
     other = truth + np.array([0.0, 0.4, 0.4, 0.0]) * np.exp(0.4j)
     told = []
     for _ in range(15):
-        told.append(known.settle(other, VARIANCE, way=STILL, slack_px=0.0))
-        known.learn(other, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
+        told.append(shape_filter.settle(other, VARIANCE, way=STILL, slack_px=0.0))
+        shape_filter.learn(other, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
     assert told[5] is not None
     assert not told[5].agrees
     assert told[-1] is None
 
 
-def _recalled(known: KnownShape, corners: Points, worse: float) -> Settled | None:
+def _recalled(shape_filter: ShapeFilter, corners: Points, worse: float) -> Settled | None:
     variance = [(worse**2 * across, worse**2 * turned) for across, turned in VARIANCE]
-    return known.recall(corners, variance, sigma_px=worse * SIGMA_PX, way=STILL, slack_px=0.0)
+    return shape_filter.recall(corners, variance, sigma_px=worse * SIGMA_PX, way=STILL, slack_px=0.0)
 
 
 def test_a_mark_that_is_seen_badly_is_told_by_how_it_was_seen_at_its_place() -> None:
@@ -97,9 +97,9 @@ def test_a_mark_that_is_seen_badly_is_told_by_how_it_was_seen_at_its_place() -> 
     for _ in range(150):
         truth = PLACED
         grain = _noise(rng)
-        known = KnownShape(line_s=0.0)
-        known.learn(truth + grain, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
-        told = _recalled(known, truth + grain + 1.5 * _noise(rng), 1.8)
+        shape_filter = ShapeFilter(line_s=0.0)
+        shape_filter.learn(truth + grain, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
+        told = _recalled(shape_filter, truth + grain + 1.5 * _noise(rng), 1.8)
         assert told is not None
         if told.agrees:
             errors.append(told.corners - truth)
@@ -111,9 +111,9 @@ def test_a_mark_that_is_seen_badly_is_told_by_how_it_was_seen_at_its_place() -> 
 
 
 def test_a_covered_edge_is_not_explained_by_how_the_mark_was_seen_before() -> None:
-    known = KnownShape(line_s=0.0)
-    known.learn(PLACED, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
-    told = _recalled(known, np.asarray(PLACED + 0.5 * np.eye(4)[1], dtype=np.complex128), 1.5)
+    shape_filter = ShapeFilter(line_s=0.0)
+    shape_filter.learn(PLACED, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
+    told = _recalled(shape_filter, np.asarray(PLACED + 0.5 * np.eye(4)[1], dtype=np.complex128), 1.5)
     assert told is not None
     assert not told.agrees
     assert told.worst_share > 2.0
@@ -123,14 +123,14 @@ def test_a_covered_edge_is_not_explained_by_how_the_mark_was_seen_before() -> No
 def test_neither_a_mark_seen_as_well_as_before_nor_one_on_another_grain_is_recalled(
     worse: float, moved_px: float
 ) -> None:
-    known = KnownShape(line_s=0.0)
-    known.learn(PLACED, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
-    assert _recalled(known, PLACED + moved_px, worse) is None
+    shape_filter = ShapeFilter(line_s=0.0)
+    shape_filter.learn(PLACED, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
+    assert _recalled(shape_filter, PLACED + moved_px, worse) is None
 
 
 def test_what_was_told_far_away_says_nothing_here() -> None:
-    known, truth = _slid(np.random.default_rng(2), places=8)
-    assert known.settle(truth + 120.0, VARIANCE, way=STILL, slack_px=0.0) is None
+    shape_filter, truth = _slid(np.random.default_rng(2), places=8)
+    assert shape_filter.settle(truth + 120.0, VARIANCE, way=STILL, slack_px=0.0) is None
 
 
 @pytest.mark.parametrize("growth", [0.004, -0.004])
@@ -138,9 +138,9 @@ def test_a_lens_that_changes_the_shape_from_place_to_place_is_found_out(growth: 
     rng = np.random.default_rng(3)
     errors, alone = [], []
     for _ in range(60):
-        known, truth = _slid(rng, places=6, growth=growth)
+        shape_filter, truth = _slid(rng, places=6, growth=growth)
         seen = truth + _noise(rng)
-        told = known.settle(seen, VARIANCE, way=STILL, slack_px=0.0)
+        told = shape_filter.settle(seen, VARIANCE, way=STILL, slack_px=0.0)
         assert told is not None
         errors.append(told.corners - truth)
         alone.append(seen - truth)

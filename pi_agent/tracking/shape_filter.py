@@ -1,4 +1,4 @@
-"""The mark's shape as told by the places that it has passed: it moves, and turns, but does not change.
+"""A filter of the mark's shape over the places that it has passed: it moves, and turns, but does not change.
 
 Beside a textured plate an edge is pulled by the texture under it, with motion blur by several times the noise. A few
 pixels further on it is another texture. So the shape that was seen at earlier places, where it agrees with what is
@@ -73,7 +73,7 @@ class _Here(NamedTuple):
     variance_factor: float
 
 
-class KnownShape:
+class ShapeFilter:
     """Learned from frame to frame, used from place to place. `line_s`: time from row to row."""
 
     def __init__(self, *, line_s: float) -> None:
