@@ -34,7 +34,7 @@ def rate(model: Model, *, stamps: int) -> tuple[float, float]:
         begin = time.thread_time()
         motions = simulate(commands, model, time_s=times)
         best = max(best, COUNT / (time.thread_time() - begin))
-        way = float(np.linalg.norm(motions.place[:, :2], axis=1).mean())
+        way = float(np.linalg.norm(motions.pose[:, :2], axis=1).mean())
     return best, way
 
 

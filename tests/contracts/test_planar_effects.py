@@ -45,7 +45,7 @@ def test_it_can_be_simulated_at_its_bounds(name: str) -> None:
         values = {own.name: float(getattr(own, bound)) for own in EFFECTS[name].parameters}
         motions = run(steep(top_s=0.625), model(name, **values))
         assert np.isfinite(motions.path).all()
-        slid = np.linalg.norm(motions.place[:, :2], axis=1) > ONSET_M
+        slid = np.linalg.norm(motions.pose[:, :2], axis=1) > ONSET_M
         assert np.isfinite(motions.onset_rad[slid]).all() or EFFECTS[name].acts_through() & {"creep"}
 
 
@@ -119,7 +119,7 @@ def test_load_dependence_lets_heavy_blocks_slip_earlier() -> None:
 def test_kinetic_drop_lets_blocks_slide_farther_but_not_earlier() -> None:
     plain, dropped = run(steep(), Model(mu_s=MU)), run(steep(), model("kinetic_drop"))
     assert np.allclose(plain.onset_rad, dropped.onset_rad)
-    assert (np.linalg.norm(dropped.place[:, :2], axis=1) > np.linalg.norm(plain.place[:, :2], axis=1)).all()
+    assert (np.linalg.norm(dropped.pose[:, :2], axis=1) > np.linalg.norm(plain.pose[:, :2], axis=1)).all()
 
 
 @pytest.mark.parametrize("name", ["viscous", "rate_strengthening"])
@@ -129,9 +129,9 @@ def test_friction_that_grows_with_speed_shortens_the_slide(name: str) -> None:
     shapes = {own.name: own.starts[0] for own in effect.parameters if own.is_shape}
     shorter = run(steep(), model(name, **shapes, **{size.name: size.typical}))
     plain = run(steep(), Model(mu_s=MU))
-    fast = np.linalg.norm(plain.place[:, :2], axis=1) > 0.05
+    fast = np.linalg.norm(plain.pose[:, :2], axis=1) > 0.05
     assert fast.any()
-    assert (np.linalg.norm(shorter.place, axis=1) < np.linalg.norm(plain.place, axis=1))[fast].all()
+    assert (np.linalg.norm(shorter.pose, axis=1) < np.linalg.norm(plain.pose, axis=1))[fast].all()
 
 
 def test_a_late_clock_reads_late_onsets() -> None:
@@ -167,7 +167,7 @@ def test_one_way_friction_has_one_easy_direction() -> None:
 
 def test_an_uneven_contact_turns_the_block() -> None:
     turned = run(steep(), model("uneven_contact"))
-    assert np.abs(turned.place[:, 2]).max() > 0.05
+    assert np.abs(turned.pose[:, 2]).max() > 0.05
 
 
 def test_creep_moves_the_block_before_its_onset() -> None:

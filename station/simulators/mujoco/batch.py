@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from station.physics.contact import Array
 from station.physics.model import Model
-from station.simulators.mujoco.following import QUIET_S, SLIP_M, STOPS_M_S, Followed, Follower, Places
+from station.simulators.mujoco.following import QUIET_S, SLIP_M, STOPS_M_S, Followed, Follower, TimedPoses
 from station.simulators.mujoco.tilted import Plate, Setup, TiltedBlock
 from station.simulators.planar.commands import Commands
 from station.simulators.planar.friction import LimitCurve
@@ -77,9 +77,9 @@ class _Batch:
         n = len(commands)
         self._onset_s, self._slip_end_s, self._way = (np.full(n, np.nan) for _ in range(3))
         self._bodies, self._step_s = _bodies(commands, setup)
-        self._place = commands.start.copy()
+        self._pose = commands.start.copy()
         self._rest_from_s = commands.rest_from_s
-        self._seen: list[Places] = [Places(np.arange(n), commands.time_s[:, 0], commands.start.copy())]
+        self._seen: list[TimedPoses] = [TimedPoses(np.arange(n), commands.time_s[:, 0], commands.start.copy())]
         self._quiet_s = np.zeros(n)
 
     def run(self) -> None:
@@ -94,23 +94,23 @@ class _Batch:
         runs = _joined(runs, self._woken(everyone[~sliding], first[~sliding], number[~sliding]))
         while len(runs.row):
             surplus = self._follower.step(runs)
-            self._seen.append(Places(runs.row, runs.time_s, runs.place))
+            self._seen.append(TimedPoses(runs.row, runs.time_s, runs.pose))
             runs = self._sorted_out(runs, surplus)
 
     def _woken(self, row: Index, from_s: Array, number: Index) -> Followed:
         """The lying runs of `row` that come near their limit, at the moment at which they do."""
         if not len(row):
             return self._begun(row, from_s, number, from_s, np.zeros((0, 3)))
-        lying = Lying(row, number, from_s, self._rest_from_s[row], self._place[row])
+        lying = Lying(row, number, from_s, self._rest_from_s[row], self._pose[row])
         near, creep = self._rest.crossing(lying)
         ends = self._commands.end_s[row]
         if creep is not None:
             for node in range(creep.time_s.shape[1]):
                 before = creep.time_s[:, node] < np.minimum(near.time_s, ends)
-                place = np.column_stack([creep.place[:, node], lying.place[:, 2]])
-                self._seen.append(Places(row[before], creep.time_s[before, node], place[before]))
-        self._place[row] = near.place
-        self._seen.append(Places(row, np.minimum(near.time_s, ends), near.place.copy()))
+                pose = np.column_stack([creep.position[:, node], lying.pose[:, 2]])
+                self._seen.append(TimedPoses(row[before], creep.time_s[before, node], pose[before]))
+        self._pose[row] = near.pose
+        self._seen.append(TimedPoses(row, np.minimum(near.time_s, ends), near.pose.copy()))
         woken = near.time_s < ends
         found = row[woken]
         return self._begun(found, near.time_s[woken], near.number[woken], near.way[woken], np.zeros((len(found), 3)))
@@ -120,15 +120,15 @@ class _Batch:
         tilt = self._commands.tilt_at(np.zeros(len(self._commands)))
         tilt[row] = self._commands.tilt_at(_spread(time_s, row, len(self._commands)))[row]
         bodies = [self._bodies[number] for number in row.tolist()]
-        for body, place, velocity, cosine in zip(bodies, self._place[row], rates, np.cos(tilt[row]), strict=True):
-            body.lay(place, velocity=velocity, normal_m_s2=9.81 * float(cosine))
+        for body, pose, velocity, cosine in zip(bodies, self._pose[row], rates, np.cos(tilt[row]), strict=True):
+            body.lay(pose, velocity=velocity, normal_m_s2=9.81 * float(cosine))
         self._quiet_s[row] = 0.0
         return Followed(
             row=row,
             number=number.copy(),
             time_s=time_s.copy(),
             step_s=self._step_s[row],
-            place=self._place[row],
+            pose=self._pose[row],
             rates=rates.copy(),
             way=way.copy(),
             slid_from_s=np.full(len(row), np.inf),
@@ -136,14 +136,14 @@ class _Batch:
             since_s=np.zeros(len(row)),
             surplus=np.full(len(row), np.nan),
             over_from_s=np.full(len(row), np.inf),
-            from_place=self._place[row, :2],
+            from_position=self._pose[row, :2],
             bodies=bodies,
         )
 
     def _sorted_out(self, runs: Followed, surplus: Array) -> Followed:
         """Notes the slides that end, and releases the runs that are over or lie well."""
         speed = np.hypot(runs.rates[:, 0], runs.rates[:, 1])
-        slid = np.linalg.norm(runs.place[:, :2] - runs.from_place, axis=1)
+        slid = np.linalg.norm(runs.pose[:, :2] - runs.from_position, axis=1)
         self._note_onsets(runs, runs.moving & (slid > ONSET_M))
         stopped = runs.moving & (speed < STOPS_M_S) & (surplus > 0)
         afresh = stopped & (slid > SLIP_M)
@@ -158,7 +158,7 @@ class _Batch:
         gone = over | still
         if not gone.any():
             return runs
-        self._place[runs.row[gone]] = runs.place[gone]
+        self._pose[runs.row[gone]] = runs.pose[gone]
         row, time_s, number = runs.row[still], runs.time_s[still], runs.number[still]
         return _joined(runs.select(np.flatnonzero(~gone)), self._woken(row, time_s, number))
 
@@ -166,7 +166,7 @@ class _Batch:
         first = chosen & np.isnan(self._onset_s[runs.row]) & ~(self._commands.velocity[runs.row, :2] != 0).any(axis=1)
         row = runs.row[first]
         self._onset_s[row] = runs.slid_from_s[first]
-        moved = runs.place[first, :2] - runs.from_place[first]
+        moved = runs.pose[first, :2] - runs.from_position[first]
         self._way[row] = np.arctan2(moved[:, 1], moved[:, 0])
 
     def motions(self, stamps: Array) -> Motions:
@@ -177,20 +177,20 @@ class _Batch:
             onset_rad=self._commands.resting_tilt_at(self._onset_s + delay_s),
             way_rad=self._way,
             slip_end_s=self._slip_end_s,
-            place=self._place,
+            pose=self._pose,
             time_s=stamps,
             path=self._path(stamps - delay_s),
         )
 
     def _path(self, stamps: Array) -> Array:
-        row, time_s, place = (np.concatenate(parts) for parts in zip(*self._seen, strict=True))
+        row, time_s, pose = (np.concatenate(parts) for parts in zip(*self._seen, strict=True))
         order = np.lexsort((time_s, row))
         bounds = np.searchsorted(row[order], np.arange(len(stamps) + 1))
         path = np.empty((*stamps.shape, 3))
         for run, (first, last) in enumerate(itertools.pairwise(bounds.tolist())):
             own = order[first:last]
             for axis in range(3):
-                path[run, :, axis] = np.interp(stamps[run], time_s[own], place[own, axis])
+                path[run, :, axis] = np.interp(stamps[run], time_s[own], pose[own, axis])
         return path
 
 

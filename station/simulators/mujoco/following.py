@@ -35,23 +35,23 @@ SLIP_M = 1e-5
 Bools = NDArray[np.bool_]
 
 
-class Places(NamedTuple):
+class TimedPoses(NamedTuple):
     """One moment of each followed run: run, time and x, y, yaw (a, 3)."""
 
     row: Index
     time_s: Array
-    place: Array
+    pose: Array
 
 
 @dataclass(eq=False)
 class Followed:
-    """The runs being stepped, (a,) each; `place` and `rates` (a, 3) are x, y, yaw and their changes."""
+    """The runs being stepped, (a,) each; `pose` and `rates` (a, 3) are x, y, yaw and their changes."""
 
     row: Index
     number: Index
     time_s: Array
     step_s: Array
-    place: Array
+    pose: Array
     rates: Array
     way: Array
     slid_from_s: Array
@@ -62,8 +62,8 @@ class Followed:
     """The excess of friction over the load at the last step's beginning, as a share; nan before the first step."""
     over_from_s: Array
     """The time from which the load exceeds friction; inf while it does not."""
-    from_place: Array
-    """The place (a, 2) where the present slide began."""
+    from_position: Array
+    """The position (a, 2) where the present slide began."""
     bodies: list[TiltedBlock]
 
     def select(self, chosen: Index) -> Followed:
@@ -73,7 +73,7 @@ class Followed:
             number=self.number[chosen],
             time_s=self.time_s[chosen],
             step_s=self.step_s[chosen],
-            place=self.place[chosen],
+            pose=self.pose[chosen],
             rates=self.rates[chosen],
             way=self.way[chosen],
             slid_from_s=self.slid_from_s[chosen],
@@ -81,7 +81,7 @@ class Followed:
             since_s=self.since_s[chosen],
             surplus=self.surplus[chosen],
             over_from_s=self.over_from_s[chosen],
-            from_place=self.from_place[chosen],
+            from_position=self.from_position[chosen],
             bodies=[self.bodies[number] for number in chosen.tolist()],
         )
 
@@ -113,9 +113,9 @@ class Follower:
         speed = np.where(moving, np.hypot(runs.rates[:, 0], runs.rates[:, 1]), 0.0)
         way = np.where(moving, np.arctan2(runs.rates[:, 1], runs.rates[:, 0]), runs.way)
         if not moving.all():
-            _, resting = self._rest.excess(blocks, now, runs.place, way=runs.way)
+            _, resting = self._rest.excess(blocks, now, runs.pose, way=runs.way)
             way = np.where(moving, way, resting)
-        at = Motion(runs.place[:, 0], runs.place[:, 1], runs.place[:, 2], speed, way)
+        at = Motion(runs.pose[:, 0], runs.pose[:, 1], runs.pose[:, 2], speed, way)
         x, y, normal, contact = self._world.pull(blocks, now, at)
         if contact is not None and self._shakes:
             # The planar simulator does the same: a push that sets a block off lasts as long as the slide.
@@ -165,11 +165,11 @@ class Follower:
         return self._world.blocks(runs.row, runs.number, rest_from_s=runs.rest_from_s, slid_from_s=runs.slid_from_s)
 
     def _take_note(self, runs: Followed, way: Array) -> None:
-        """Notes the blocks' places after the step, and which of them have begun to slide."""
-        before = runs.place
-        runs.place = np.array([body.pose for body in runs.bodies])
-        turned = runs.place[:, 2] - before[:, 2]
-        runs.place[:, 2] = before[:, 2] + (turned + np.pi) % (2.0 * np.pi) - np.pi
+        """Notes the blocks' poses after the step, and which of them have begun to slide."""
+        before = runs.pose
+        runs.pose = np.array([body.pose for body in runs.bodies])
+        turned = runs.pose[:, 2] - before[:, 2]
+        runs.pose[:, 2] = before[:, 2] + (turned + np.pi) % (2.0 * np.pi) - np.pi
         slower = np.hypot(runs.rates[:, 0], runs.rates[:, 1])
         runs.rates = np.array([body.rates for body in runs.bodies])
         speed = np.hypot(runs.rates[:, 0], runs.rates[:, 1])
@@ -183,7 +183,7 @@ class Follower:
         over = np.isfinite(runs.over_from_s)
         since = np.where(over, runs.time_s - np.where(over, runs.over_from_s, 0.0), since)
         runs.slid_from_s[begins] = (runs.time_s - np.minimum(since, LATEST_S))[begins]
-        runs.from_place[begins] = before[begins, :2]
+        runs.from_position[begins] = before[begins, :2]
         ends = self._world.commands.time_s
         last = ends.shape[1] - 2
         while True:

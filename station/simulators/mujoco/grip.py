@@ -37,7 +37,7 @@ class PlateMotion:
         """`ahead_s` is how much later than the stretch's end the poses are that it takes."""
         self._ahead_s = ahead_s
         self._newest = self._pose = _LEVEL
-        """The newest pose, and that at the stretch's end: the rotation row by row, and the place."""
+        """The newest pose, and that at the stretch's end: the rotation row by row, and the position."""
         self._rate = self._bend = self._bend_before = np.zeros(12)
         """The pose's first derivative at the stretch's end, its second in the stretch, and in the one before."""
         self._known, self._seconds = 0, 0.0
@@ -52,12 +52,12 @@ class PlateMotion:
         self._rate, self._seconds = rate, seconds
         self._known += 1
 
-    def needed(self, place: Three) -> tuple[float, float, float]:
-        """Contact force per mass (m/s², plate frame) that keeps a block at rest at `place`, at the stretch's end."""
-        return _force(place, self._pose, self._bend)
+    def needed(self, position: Three) -> tuple[float, float, float]:
+        """Contact force per mass (m/s², plate frame) that keeps a block at rest at `position`, at the stretch's end."""
+        return _force(position, self._pose, self._bend)
 
-    def pull(self, place: Three, velocity: Three, *, ago_s: float, step_s: float) -> tuple[float, float, float]:
-        """The acceleration (m/s², plate frame) of what nothing holds at `place`, that long before the stretch's end.
+    def pull(self, position: Three, velocity: Three, *, ago_s: float, step_s: float) -> tuple[float, float, float]:
+        """The acceleration (m/s², plate frame) of what nothing holds at `position`, that long before the stretch's end.
 
         It is gravity less the plate's own acceleration there, and Coriolis' acceleration of what moves at `velocity`.
         It stands for the `step_s` around its moment, of which some may lie in the stretch before.
@@ -66,7 +66,7 @@ class PlateMotion:
         bend = self._bend + earlier * (self._bend_before - self._bend) if earlier else self._bend
         rate = self._rate - ago_s * self._bend
         pose = self._pose - 0.5 * ago_s * (self._rate + rate)
-        fx, fy, fz = _force(place, pose, bend)
+        fx, fy, fz = _force(position, pose, bend)
         vx, vy, vz = velocity
         if vx * vx + vy * vy < CREEP_M_S**2:
             return -fx, -fy, -fz
@@ -74,9 +74,9 @@ class PlateMotion:
         return -fx - 2 * (wy * vz - wz * vy), -fy - 2 * (wz * vx - wx * vz), -fz - 2 * (wx * vy - wy * vx)
 
 
-def _force(place: Three, pose: FLOATS, bend: FLOATS) -> tuple[float, float, float]:
-    """Gravity and the acceleration at a place (plate frame), for a pose with that second derivative."""
-    (x, y, z), b, r = place, bend.tolist(), pose.tolist()
+def _force(position: Three, pose: FLOATS, bend: FLOATS) -> tuple[float, float, float]:
+    """Gravity and the acceleration at a position (plate frame), for a pose with that second derivative."""
+    (x, y, z), b, r = position, bend.tolist(), pose.tolist()
     ax = b[0] * x + b[1] * y + b[2] * z + b[9]
     ay = b[3] * x + b[4] * y + b[5] * z + b[10]
     az = b[6] * x + b[7] * y + b[8] * z + b[11] + GRAVITY

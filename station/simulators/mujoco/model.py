@@ -232,10 +232,10 @@ def _add_camera(body: Any, plate: Plate) -> None:
     """Two posts and a bar that carry the camera at a fixed offset above the plate (Fig. 2a)."""
     half, top = plate.side_m / 2, plate.camera_height_m
     for number, x in enumerate((-half, half)):
-        post, place = (0.003, 0.003, top / 2), (x, half, top / 2)
-        _add_box(body, f"post {number}", post, place, mass_kg=0.005, rgba=(0.6, 0.45, 0.3, 1))
-    bar, place = (half, half / 2, 0.004), (0, half / 2, top)
-    _add_box(body, "camera mount", bar, place, mass_kg=plate.camera_mass_kg, rgba=(0.3, 0.3, 0.3, 1))
+        post, position = (0.003, 0.003, top / 2), (x, half, top / 2)
+        _add_box(body, f"post {number}", post, position, mass_kg=0.005, rgba=(0.6, 0.45, 0.3, 1))
+    bar, position = (half, half / 2, 0.004), (0, half / 2, top)
+    _add_box(body, "camera mount", bar, position, mass_kg=plate.camera_mass_kg, rgba=(0.3, 0.3, 0.3, 1))
     body.add_camera(name="camera", pos=[0, 0, top], fovy=45)
 
 

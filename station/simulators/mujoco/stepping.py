@@ -40,23 +40,23 @@ class Mechanism:
         """Sets the block's friction for the coming step; gives the further pull along the plate, m/s²."""
         if self.influence is None:
             return 0.0, 0.0
-        place, velocity = block.qpos[:3].tolist(), block.qvel[:3].tolist()
+        position, velocity = block.qpos[:3].tolist(), block.qvel[:3].tolist()
         if self._sliding.take(math.hypot(velocity[0], velocity[1])):
             self.slid_ns = now_ns
-        state = self._state(place, velocity, now_ns=now_ns)
+        state = self._state(position, velocity, now_ns=now_ns)
         block.set_friction(times(draw, self.influence.friction(state)))
         return self.influence.push(state)
 
-    def at_rest(self, draw: FrictionDraw, place: Sequence[float], *, now_ns: int) -> FrictionDraw:
-        """The friction of a block that lies at `place`."""
+    def at_rest(self, draw: FrictionDraw, position: Sequence[float], *, now_ns: int) -> FrictionDraw:
+        """The friction of a block that lies at `position`."""
         if self.influence is None:
             return draw
-        still = replace(self._state(place, (0.0, 0.0), now_ns=now_ns), sliding=False)
+        still = replace(self._state(position, (0.0, 0.0), now_ns=now_ns), sliding=False)
         return times(draw, self.influence.friction(still))
 
-    def _state(self, place: Sequence[float], velocity: Sequence[float], *, now_ns: int) -> BlockState:
+    def _state(self, position: Sequence[float], velocity: Sequence[float], *, now_ns: int) -> BlockState:
         return BlockState(
-            place_m=(place[0], place[1]),
+            place_m=(position[0], position[1]),
             velocity_m_s=(velocity[0], velocity[1]),
             sliding=self._sliding.now,
             lain_s=max(0, now_ns - self.slid_ns) * 1e-9,

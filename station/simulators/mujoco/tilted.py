@@ -106,8 +106,8 @@ def _add_shape(block: Any, setup: Setup, side_m: float) -> None:
     if setup.solid:
         block.add_geom(type=mj.mjtGeom.mjGEOM_BOX, size=[half] * 3, pos=[0, 0, half], **plain)
         return
-    place, size = [0, 0, FOOT_RADIUS_M], [FOOT_RADIUS_M, 0, 0]
-    block.add_geom(type=mj.mjtGeom.mjGEOM_SPHERE, size=size, pos=place, **plain)
+    position, size = [0, 0, FOOT_RADIUS_M], [FOOT_RADIUS_M, 0, 0]
+    block.add_geom(type=mj.mjtGeom.mjGEOM_SPHERE, size=size, pos=position, **plain)
 
 
 class Plate:
@@ -155,12 +155,12 @@ class TiltedBlock:
         self.qpos: FLOATS = self.data.qpos
         self.qvel: FLOATS = self.data.qvel
 
-    def lay(self, place: FLOATS, *, velocity: FLOATS, normal_m_s2: float) -> None:
-        """Lays it down at `place` (3,), x, y (m) and yaw (rad), sunk in as the normal load has it.
+    def lay(self, pose: FLOATS, *, velocity: FLOATS, normal_m_s2: float) -> None:
+        """Lays it down at `pose` (3,), x, y (m) and yaw (rad), sunk in as the normal load has it.
 
         `velocity` (3,) are their rates, m/s and rad/s.
         """
-        x, y, yaw = place.tolist()
+        x, y, yaw = pose.tolist()
         turned = (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)) if self._solid else (yaw,)
         self.qpos[:] = (x, y, -self._plate.sunk_m * normal_m_s2 / _GRAVITY, *turned)
         self.qvel[:] = 0.0
@@ -173,10 +173,10 @@ class TiltedBlock:
         MuJoCo's velocities belong to the middles between places (a leapfrog), but the one given to the beginning. With
         a whole kick a block that is slowed by 2 m/s² would be 2 mm/s too slow from then on.
         """
-        place, velocity = self.qpos.copy(), self.qvel.copy()
+        pose, velocity = self.qpos.copy(), self.qvel.copy()
         self.step(load)
         self.qvel[:] = 0.5 * (velocity + self.qvel)
-        self.qpos[:] = place
+        self.qpos[:] = pose
         mj.mj_integratePos(self._plate.model, self.qpos, self.qvel, self._plate.setup.step_s)
 
     def step(self, load: Load) -> None:

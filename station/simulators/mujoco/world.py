@@ -201,8 +201,8 @@ class TwinWorld:
             ValueError: if the block would not lie within the foam's cutout.
         """
         half = self.block.side_m / 2
-        place = (np.array([x_m]), np.array([y_m]), np.array([yaw_rad]))
-        if self.plate.opening.room_m(np.array([half]), place)[0] < 0.0:
+        pose = (np.array([x_m]), np.array([y_m]), np.array([yaw_rad]))
+        if self.plate.opening.room_m(np.array([half]), pose)[0] < 0.0:
             raise ValueError(f"expected a place within the foam's opening, got {x_m}, {y_m}")
         self.block_present = True
         self._rel = Pose((x_m, y_m, half), (math.cos(yaw_rad / 2), 0.0, 0.0, math.sin(yaw_rad / 2)))

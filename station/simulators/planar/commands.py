@@ -105,9 +105,9 @@ class Commands:
         The block lies at its start. An onset is told so, for the friction is that tilt's tangent.
         """
         left, row = self._left(time_s), np.arange(len(self))
-        place = np.column_stack([self.start[:, :2], np.zeros(len(self))])
+        position = np.column_stack([self.start[:, :2], np.zeros(len(self))])
         rate, faster = self.rate_rad_s[row, left], self.acceleration_rad_s2[row, left]
-        turning = np.cross(faster, place) + np.cross(rate, np.cross(rate, place))
+        turning = np.cross(faster, position) + np.cross(rate, np.cross(rate, position))
         return tilt_of(GRAVITY_M_S2 * self._gravity_at(time_s, left) - turning)
 
     def _left(self, time_s: Array) -> NDArray[np.intp]:

@@ -1,4 +1,4 @@
-"""The places of blocks at wanted times, from the nodes of their rests and slides by cubic Hermite interpolation."""
+"""The poses of blocks at wanted times, from the nodes of their rests and slides by cubic Hermite interpolation."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from station.simulators.planar.slide import Nodes, Stop
 
 
 class Path:
-    """`place` (n, m, 3) at `time_s` (n, m), which begins as the start for ever and is corrected rest by rest."""
+    """`pose` (n, m, 3) at `time_s` (n, m), which begins as the start for ever and is corrected rest by rest."""
 
     def __init__(self, start: Array, time_s: Array) -> None:
         self._time_s = time_s
-        self.place = np.repeat(start[:, None, :], time_s.shape[1], axis=1)
+        self.pose = np.repeat(start[:, None, :], time_s.shape[1], axis=1)
 
     @property
     def wanted(self) -> bool:
-        """True if anybody wants a place."""
+        """True if anybody wants a pose."""
         return self._time_s.shape[1] > 0
 
     def creep(self, row: Index, creep: Creep, end_s: Array) -> None:
@@ -28,7 +28,7 @@ class Path:
             after = np.flatnonzero(self._time_s[run] > creep.time_s[number, 0])
             at = np.minimum(self._time_s[run, after], end_s[number])
             for axis in range(2):
-                self.place[run, after, axis] = np.interp(at, creep.time_s[number], creep.place[number, :, axis])
+                self.pose[run, after, axis] = np.interp(at, creep.time_s[number], creep.position[number, :, axis])
 
     def slide(self, nodes: Nodes, stop: Stop) -> None:
         """Fills in slides: their nodes in the order of time, and where the blocks lie afterwards."""
@@ -37,7 +37,7 @@ class Path:
         order = np.argsort(nodes.row, kind="stable")
         row, time_s = nodes.row[order], nodes.time_s[order]
         first = np.flatnonzero(np.diff(row, prepend=-1))
-        begin_s = np.full(len(self.place), np.inf)
+        begin_s = np.full(len(self.pose), np.inf)
         begin_s[row[first]] = time_s[first]
         self._stay(stop)
         self._move(nodes, order, begin_s, stop)
@@ -45,7 +45,7 @@ class Path:
     def _stay(self, stop: Stop) -> None:
         after = self._time_s[stop.row] > stop.time_s[:, None]
         run, column = np.nonzero(after)
-        self.place[stop.row[run], column] = stop.place[run]
+        self.pose[stop.row[run], column] = stop.pose[run]
 
     def _move(self, nodes: Nodes, order: Index, begin_s: Array, stop: Stop) -> None:
         times = self._time_s[stop.row]
@@ -66,8 +66,8 @@ class Path:
         a, b = order[left], order[right]
         length = nodes.time_s[b] - nodes.time_s[a]
         share = np.clip((wanted - nodes.time_s[a]) / np.where(length > 0, length, 1.0), 0.0, 1.0)[:, None]
-        place, velocity, length = nodes.place, nodes.velocity, length[:, None]
+        pose, velocity, length = nodes.pose, nodes.velocity, length[:, None]
         bend = share * share * (3.0 - 2.0 * share)
-        found = place[a] + bend * (place[b] - place[a])
+        found = pose[a] + bend * (pose[b] - pose[a])
         found += length * share * (1.0 - share) * ((1.0 - share) * velocity[a] - share * velocity[b])
-        self.place[run, column] = found
+        self.pose[run, column] = found

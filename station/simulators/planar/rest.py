@@ -38,27 +38,27 @@ class Grid(NamedTuple):
 
 
 class Lying(NamedTuple):
-    """Blocks at rest (a,): run, stretch, from when on an onset is looked for, since when they lie, and place (a, 3)."""
+    """Blocks at rest (a,): run, stretch, from when on an onset is looked for, since when they lie, and pose (a, 3)."""
 
     row: Index
     number: Index
     from_s: Array
     rest_from_s: Array
-    place: Array
+    pose: Array
 
     def select(self, chosen: Index) -> Lying:
         """The blocks with the indices `chosen` (b,)."""
         since = self.from_s[chosen], self.rest_from_s[chosen]
-        return Lying(self.row[chosen], self.number[chosen], *since, self.place[chosen])
+        return Lying(self.row[chosen], self.number[chosen], *since, self.pose[chosen])
 
 
 class Crossing(NamedTuple):
-    """The end of a rest (a,): the onset (inf: none), its stretch and direction, and the place (a, 3) by then."""
+    """The end of a rest (a,): the onset (inf: none), its stretch and direction, and the pose (a, 3) by then."""
 
     time_s: Array
     number: Index
     way: Array
-    place: Array
+    pose: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,22 +66,22 @@ class Creep:
     """Nodes (a, c) of the creep of blocks at rest."""
 
     time_s: Array
-    place: Array
+    position: Array
 
     def at(self, chosen: Index, time_s: Array) -> Creep:
         """The creep at other times `time_s` (b, w), s, of the blocks with the indices `chosen` (b,)."""
-        places = [self.place_at(chosen, time_s[:, column]) for column in range(time_s.shape[1])]
-        return Creep(time_s, np.stack(places, axis=1))
+        positions = [self.position_at(chosen, time_s[:, column]) for column in range(time_s.shape[1])]
+        return Creep(time_s, np.stack(positions, axis=1))
 
-    def place_at(self, chosen: Index, time_s: Array) -> Array:
-        """Places (b, 2), m in P, of the blocks `chosen` (b,) at times `time_s` (b,), s, linear between the nodes."""
+    def position_at(self, chosen: Index, time_s: Array) -> Array:
+        """Positions (b, 2), m in P, of the blocks `chosen` (b,) at times `time_s` (b,), s, linear between the nodes."""
         nodes = self.time_s[chosen]
         left = np.clip((nodes <= time_s[:, None]).sum(axis=1) - 1, 0, nodes.shape[1] - 2)
         row = np.arange(len(chosen))
         begin, end = nodes[row, left], nodes[row, left + 1]
         share = np.clip((time_s - begin) / np.maximum(end - begin, 1e-12), 0.0, 1.0)[:, None]
-        places = self.place[chosen]
-        return places[row, left] * (1.0 - share) + places[row, left + 1] * share
+        positions = self.position[chosen]
+        return positions[row, left] * (1.0 - share) + positions[row, left + 1] * share
 
 
 class Rest:
@@ -136,14 +136,14 @@ class Rest:
 
     # --- what it lacks to slide ---------------------------------------------------------------------------------------
 
-    def excess(self, blocks: Blocks, time_s: Array, place: Array, *, way: Array | None = None) -> tuple[Array, Array]:
+    def excess(self, blocks: Blocks, time_s: Array, pose: Array, *, way: Array | None = None) -> tuple[Array, Array]:
         """E (a,), m/s², at times `time_s` (a,), s, and the direction (a,), rad in P, of the sliding that would begin.
 
-        The blocks lie at `place` (a, 3), x and y (m) and yaw (rad) in P; `way` (a,), rad in P, is a first guess at the
+        The blocks lie at `pose` (a, 3), x and y (m) and yaw (rad) in P; `way` (a,), rad in P, is a first guess at the
         direction.
         """
         zero = np.zeros(len(time_s))
-        at = Motion(place[:, 0], place[:, 1], place[:, 2], zero, zero if way is None else way)
+        at = Motion(pose[:, 0], pose[:, 1], pose[:, 2], zero, zero if way is None else way)
         x, y, normal, contact = self._world.pull(blocks, time_s, at)
         if contact is not None and self._shakes:
             push = blocks.shake * self._world.model.shaking(contact)
@@ -201,13 +201,13 @@ class Rest:
         creep = self._creeping(lying, grid) if self._creeps else None
         first = self._first(lying, grid, creep)
         a = len(lying.row)
-        onset = Crossing(np.full(a, np.inf), lying.number.copy(), np.zeros(a), lying.place.copy())
+        onset = Crossing(np.full(a, np.inf), lying.number.copy(), np.zeros(a), lying.pose.copy())
         found = np.flatnonzero(first >= 0)
         if len(found):
             self._close_in(onset, found, first[found], lying, (grid, creep))
         if creep is not None:
             ends = np.minimum(onset.time_s, grid.time_s[:, -1])
-            onset.place[:, :2] = creep.place_at(np.arange(a), ends)
+            onset.pose[:, :2] = creep.position_at(np.arange(a), ends)
         return onset, creep
 
     def _from_now(self, lying: Lying) -> Grid:
@@ -242,11 +242,11 @@ class Rest:
         width = columns.stop - columns.start
         many = lying.select(np.repeat(left, width))
         blocks = self._world.blocks(many.row, grid.number[left, columns].ravel(), rest_from_s=many.rest_from_s)
-        place = many.place
+        pose = many.pose
         if creep is not None:
-            place = np.column_stack([creep.place[left, columns].reshape(-1, 2), place[:, 2]])
+            pose = np.column_stack([creep.position[left, columns].reshape(-1, 2), pose[:, 2]])
         guess = None if columns.start == 0 else np.repeat(way[left], width)
-        excess, found = self.excess(blocks, grid.time_s[left, columns].ravel(), place, way=guess)
+        excess, found = self.excess(blocks, grid.time_s[left, columns].ravel(), pose, way=guess)
         return excess.reshape(len(left), width), found.reshape(len(left), width)[:, -1]
 
     def _close_in(
@@ -262,10 +262,10 @@ class Rest:
         blocks = self._world.blocks(own.row, number, rest_from_s=own.rest_from_s)
 
         def at(time_s: Array, way: Array | None) -> tuple[Array, Array]:
-            place = own.place
+            pose = own.pose
             if creep is not None:
-                place = np.column_stack([creep.place_at(found, time_s), place[:, 2]])
-            return self.excess(blocks, time_s, place, way=way)
+                pose = np.column_stack([creep.position_at(found, time_s), pose[:, 2]])
+            return self.excess(blocks, time_s, pose, way=way)
 
         onset.time_s[found], onset.way[found] = root(at, low, high)
         onset.number[found] = number
@@ -297,11 +297,11 @@ class Rest:
             many = lying.select(np.repeat(np.arange(a), columns.stop - column))
             blocks = self._world.blocks(many.row, grid.number[:, columns].ravel(), rest_from_s=many.rest_from_s)
             zero = np.zeros(len(many.row))
-            at = Motion(many.place[:, 0], many.place[:, 1], many.place[:, 2], zero, zero)
+            at = Motion(many.pose[:, 0], many.pose[:, 1], many.pose[:, 2], zero, zero)
             times = grid.time_s[:, columns].ravel()
             contact = self._world.pull(blocks, times, at).contact
             assert contact is not None
-            lacking, _ = self.excess(blocks, times, many.place)
+            lacking, _ = self.excess(blocks, times, many.pose)
             resting = Asked.like(contact, way_rad=contact.down_rad, spare_m_s2=-lacking)
             crept = self._world.model.creep(resting)
             held = contact.border_m[:, None] < 0.0  # the foam carries what would drive the creep
@@ -309,7 +309,7 @@ class Rest:
         lengths = np.diff(grid.time_s, axis=1)[..., None]
         steps = 0.5 * lengths * (velocity[:, 1:] + velocity[:, :-1])
         moved = np.concatenate([np.zeros((a, 1, 2)), np.cumsum(steps, axis=1)], axis=1)
-        return Creep(grid.time_s, lying.place[:, None, :2] + moved)
+        return Creep(grid.time_s, lying.pose[:, None, :2] + moved)
 
 
 def _toward_weakest(curve: Support, off: Array, within: tuple[Array, Array]) -> tuple[Array, Array, Array]:

@@ -64,7 +64,7 @@ class Motions:
             that the camera gives that onset.
         way_rad: (n,) direction in P of the first motion; nan without one.
         slip_end_s: (n,) when the first slide ended.
-        place: (n, 3) x, y (m), yaw (rad) at the end.
+        pose: (n, 3) x, y (m), yaw (rad) at the end.
         time_s: (n, m) stamps of `path`.
         path: (n, m, 3) x, y (m) and yaw (rad) that the camera would stamp so.
     """
@@ -73,7 +73,7 @@ class Motions:
     onset_rad: Array
     way_rad: Array
     slip_end_s: Array
-    place: Array
+    pose: Array
     time_s: Array
     path: Array
 
@@ -121,9 +121,9 @@ def _chunk(
         onset_rad=commands.resting_tilt_at(batch.onset_s + delay_s),
         way_rad=batch.way_rad,
         slip_end_s=batch.slip_end_s,
-        place=batch.place,
+        pose=batch.pose,
         time_s=stamps,
-        path=path.place,
+        path=path.pose,
     )
 
 
@@ -135,7 +135,7 @@ class _Batch:
         self._world, self._path = world, path
         self._rest, self._slide = Rest(world, curve), Slide(world, curve, traced=path.wanted)
         self.onset_s, self.way_rad, self.slip_end_s = (np.full(n, np.nan) for _ in range(3))
-        self.place = world.commands.start.copy()
+        self.pose = world.commands.start.copy()
         self._rest_from_s = world.commands.rest_from_s
         self._now_s = world.commands.time_s[:, 0].copy()
         self._number = np.zeros(n, dtype=np.intp)
@@ -158,7 +158,7 @@ class _Batch:
             row, self._number[row], rest_from_s=self._rest_from_s[row], slid_from_s=time_s - commands.slid_s[row]
         )
         nodes, stop = self._slide.run(
-            blocks, time_s, self.place[row], way=way, speed=speed[row], yaw_rate=commands.velocity[row, 2]
+            blocks, time_s, self.pose[row], way=way, speed=speed[row], yaw_rate=commands.velocity[row, 2]
         )
         self._path.slide(nodes, stop)
         self._settle(stop, np.full(len(stop.row), True))
@@ -166,15 +166,15 @@ class _Batch:
 
     def _settle(self, stop: Stop, moved: NDArray[np.bool_]) -> None:
         """The blocks lie where they stopped, afresh if they have moved."""
-        self.place[stop.row], self._number[stop.row] = stop.place, stop.number
+        self.pose[stop.row], self._number[stop.row] = stop.pose, stop.number
         self._now_s[stop.row] = np.where(moved, stop.time_s, stop.time_s + _STUCK_S)
         self._rest_from_s[stop.row[moved]] = stop.time_s[moved]
 
     def _round(self, row: Index) -> Index:
         """Follows one rest and one slide of the runs `row`; returns those that go on."""
-        lying = Lying(row, self._number[row], self._now_s[row], self._rest_from_s[row], self.place[row])
+        lying = Lying(row, self._number[row], self._now_s[row], self._rest_from_s[row], self.pose[row])
         onset, creep = self._rest.crossing(lying)
-        self.place[row] = onset.place
+        self.pose[row] = onset.pose
         if creep is not None:
             self._path.creep(row, creep, np.minimum(onset.time_s, self._world.commands.end_s[row]))
         slips = np.flatnonzero(onset.time_s < self._world.commands.end_s[row])
@@ -182,21 +182,21 @@ class _Batch:
             return row[:0]
         row, time_s, way = row[slips], onset.time_s[slips], onset.way[slips]
         blocks = self._world.blocks(row, onset.number[slips], rest_from_s=self._rest_from_s[row], slid_from_s=time_s)
-        nodes, stop = self._slide.run(blocks, time_s, onset.place[slips], way=way)
+        nodes, stop = self._slide.run(blocks, time_s, onset.pose[slips], way=way)
         self._note(row, time_s, way, nodes, stop)
         return stop.row[stop.time_s < self._world.commands.end_s[stop.row]]
 
     def _note(self, row: Index, time_s: Array, way: Array, nodes: Nodes, stop: Stop) -> None:
-        began = np.full(len(self.place), np.nan)
+        began = np.full(len(self.pose), np.nan)
         began[row] = time_s
-        length = np.linalg.norm(stop.place[:, :2] - self.place[stop.row, :2], axis=1)
+        length = np.linalg.norm(stop.pose[:, :2] - self.pose[stop.row, :2], axis=1)
         moved = length > _STUTTER_M
         self._path.slide(nodes, stop)
         self._settle(stop, moved)
         self._rest.beware(stop.row[~moved])
         first = (length > ONSET_M) & np.isnan(self.onset_s[stop.row])
         chosen = stop.row[first]
-        ways = np.full(len(self.place), np.nan)
+        ways = np.full(len(self.pose), np.nan)
         ways[row] = way
         self.onset_s[chosen], self.slip_end_s[chosen] = began[chosen], stop.time_s[first]
         self.way_rad[chosen] = ways[chosen]

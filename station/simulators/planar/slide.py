@@ -49,21 +49,21 @@ _CORNER = 15.0
 
 
 class Nodes(NamedTuple):
-    """The steps of a slide, one after another: run, time, place (·, 3) with yaw, and velocity (·, 3) with yaw rate."""
+    """The steps of a slide, one after another: run, time, pose (·, 3) with yaw, and velocity (·, 3) with yaw rate."""
 
     row: Index
     time_s: Array
-    place: Array
+    pose: Array
     velocity: Array
 
 
 class Stop(NamedTuple):
-    """The ends of slides (a,): run, time, stretch, and the place (a, 3)."""
+    """The ends of slides (a,): run, time, stretch, and the pose (a, 3)."""
 
     row: Index
     time_s: Array
     number: Index
-    place: Array
+    pose: Array
 
 
 @dataclass(eq=False)
@@ -110,7 +110,7 @@ class Slide:
         self._spins = world.model.turns or bool(world.commands.velocity[:, 2].any())
 
     def run(
-        self, blocks: Blocks, time_s: Array, place: Array, *, way: Array, speed: Array | None = None,
+        self, blocks: Blocks, time_s: Array, pose: Array, *, way: Array, speed: Array | None = None,
         yaw_rate: Array | None = None,
     ) -> tuple[Nodes, Stop]:  # fmt: skip
         """Follows the blocks from their onsets on, or from where they slide already.
@@ -118,16 +118,16 @@ class Slide:
         Args:
             blocks: the blocks (a,).
             time_s: (a,) the time at which each is taken over, s.
-            place: (a, 3) x and y (m) and yaw (rad) in P by then.
+            pose: (a, 3) x and y (m) and yaw (rad) in P by then.
             way: (a,) the direction of sliding, rad in P.
             speed: (a,) the speed by then, m/s; None: they start from rest.
             yaw_rate: (a,) the yaw rate by then, rad/s; None: they do not turn.
         """
         zero = np.zeros(len(time_s))
         at = Motion(
-            place[:, 0],
-            place[:, 1],
-            place[:, 2],
+            pose[:, 0],
+            pose[:, 1],
+            pose[:, 2],
             zero if speed is None else speed,
             way,
             zero if yaw_rate is None else yaw_rate,

@@ -59,7 +59,7 @@ class Called(OwnFriction):
             onset_rad=commands.resting_tilt_at(onset_s + delay_s),
             way_rad=np.array([_way(answer) for answer in answers]),
             slip_end_s=np.full(len(commands), math.nan),
-            place=np.stack([answer.pose[-1] for answer in answers]),
+            pose=np.stack([answer.pose[-1] for answer in answers]),
             time_s=stamps,
             path=path,
         )

@@ -20,7 +20,7 @@ def followed(surplus: list[float], over_from_s: list[float]) -> Followed:
         number=index,
         time_s=np.full(count, 1.0),
         step_s=np.full(count, STEP_S),
-        place=np.zeros((count, 3)),
+        pose=np.zeros((count, 3)),
         rates=np.zeros((count, 3)),
         way=none,
         slid_from_s=none,
@@ -28,7 +28,7 @@ def followed(surplus: list[float], over_from_s: list[float]) -> Followed:
         since_s=none,
         surplus=np.array(surplus),
         over_from_s=np.array(over_from_s),
-        from_place=np.zeros((count, 2)),
+        from_position=np.zeros((count, 2)),
         bodies=[],
     )
 

@@ -90,14 +90,14 @@ def test_a_block_that_holds_stays_where_it_is() -> None:
     commands = ramps((0.0, 1.0, 4.0), [[0.2, 0.97 * math.atan(MU), 0.97 * math.atan(MU)]], downhill_rad=[0.3, 2.0])
     motions = simulate(commands, Model(mu_s=MU), time_s=[0.0, 4.0], share=0.5)
     assert np.isnan(motions.onset_rad).all()
-    assert np.linalg.norm(motions.place[:, :2], axis=1).max() < 5e-6
+    assert np.linalg.norm(motions.pose[:, :2], axis=1).max() < 5e-6
 
 
 def test_light_blocks_and_heavy_ones_do_the_same() -> None:
     commands = ramps((0.0, 0.6, 0.7, 0.9), [[0.3, 0.37, 0.37, 0.1]], mass_kg=[0.0005, 0.008, 0.8], border_m=0.045)
     found = simulate(commands, Model(mu_s=MU))
     assert np.ptp(found.onset_rad) < math.radians(0.02)
-    assert np.ptp(found.place[:, 0]) < 2e-4
+    assert np.ptp(found.pose[:, 0]) < 2e-4
 
 
 # --- the ellipse ----------------------------------------------------------------------------------------------------

@@ -61,7 +61,7 @@ def test_several_slips_in_one_tilt() -> None:
     tilt = Tilt(time_s=(0.0, 1.0, 1.2, 2.2, 2.4), angle_rad=(0.0, 0.45, 0.0, 0.45, 0.0))
     fast, exact = both(tilt, ROUND, output_s=0.001)
     assert apart(fast, exact) < 1e-6
-    assert fast.place[0, 1] == pytest.approx(exact.place_m[-1, 1], abs=1e-6)
+    assert fast.pose[0, 1] == pytest.approx(exact.place_m[-1, 1], abs=1e-6)
     assert fast.slip_end_s[0] < 1.2
 
 

@@ -99,7 +99,7 @@ def test_kinetic_friction_above_static_friction_lets_no_slip_get_away() -> None:
     held = 0.36 * (1.0 - 0.1 * (0.3 - math.log10(0.1 + motions.onset_s[0])))  # the friction of a contact so young
     assert held < 0.34
     assert math.tan(motions.onset_rad[0]) == pytest.approx(0.36, abs=1e-3)
-    assert motions.place[0, 0] > 1e-3
+    assert motions.pose[0, 0] > 1e-3
 
 
 def test_a_block_that_comes_sliding_stops_where_friction_says() -> None:
@@ -107,11 +107,11 @@ def test_a_block_that_comes_sliding_stops_where_friction_says() -> None:
     commands = ramps(np.tile([0.0, 2.0], (2, 1)), [[0.0, 0.0]], velocity=[[0.3, 0.4, 0.0], [0.3, 0.4, 1.0]])
     motions = simulate(commands, Model(mu_s=0.2), time_s=[1.0, 2.0])
     way = 0.5**2 / (2.0 * 0.2 * 9.81)
-    straight, turning = np.linalg.norm(motions.place[:, :2], axis=1)
+    straight, turning = np.linalg.norm(motions.pose[:, :2], axis=1)
     assert straight == pytest.approx(way, rel=1e-6)
     assert way < turning < way * (1.0 + 1e-4)
-    assert motions.place[0, 2] == 0.0
-    assert 0.0 < motions.place[1, 2] < 0.2
+    assert motions.pose[0, 2] == 0.0
+    assert 0.0 < motions.pose[1, 2] < 0.2
     assert np.isnan(motions.onset_s).all()
     assert np.array_equal(motions.path[:, 0], motions.path[:, 1])
 
@@ -121,7 +121,7 @@ def test_what_creeps_in_steps_is_what_creeps_in_one() -> None:
     times = np.arange(0.0, 4.005, 0.01)
     fine = tracks([times], [np.column_stack([np.sin(0.1 * times), 0 * times, -np.cos(0.1 * times)])])
     coarse = ramps((0.0, 4.0), (0.0, 0.4))
-    ends = [simulate(commands, creeping).place[0, 0] for commands in (fine, coarse)]
+    ends = [simulate(commands, creeping).pose[0, 0] for commands in (fine, coarse)]
     assert ends[0] == pytest.approx(2e-4 * 9.81 * (1.0 - math.cos(0.4)) / 0.1, rel=1e-3)
     assert ends[1] == pytest.approx(ends[0], rel=1e-3)
 

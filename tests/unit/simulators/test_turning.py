@@ -37,7 +37,7 @@ def test_a_block_that_spins_fast_slides_farther() -> None:
     path = simulate(commands, Model(mu_s=MU), time_s=[0.0, 0.01, 0.02]).path[..., 0]
     lost = 0.5 * np.array([0.01, 0.02]) - path[:, 1:]
     assert lost[1] == pytest.approx(lost[0] / np.sqrt(2.0), rel=0.03)
-    ends = simulate(commands, Model(mu_s=MU)).place[:, 0]
+    ends = simulate(commands, Model(mu_s=MU)).pose[:, 0]
     assert ends[1] > 1.2 * ends[0]
 
 
