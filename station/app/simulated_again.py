@@ -21,7 +21,7 @@ from station.simulators.mujoco.numerics import BASELINE, numerics
 from station.simulators.mujoco.own_settings import own_setup
 from station.simulators.rerun import RUNS, Part, rerun_in_parts
 from station.simulators.same_runs import refuse_other_runs
-from station.simulators.simulator import AS_IT_IS, Elsewhere, OwnFriction, Refinable
+from station.simulators.simulator import AS_IT_IS, OwnFriction, RecordedSimulation, Refinable
 
 Progress = Callable[[str], None]
 
@@ -107,7 +107,7 @@ def _rerun(
 ) -> Diagnosis:
     """The diagnosis with the simulator's errors before and after, in runs that what it was told knows nothing of."""
     most = RUNS
-    if isinstance(simulation.engine, Elsewhere):  # it is read and not run: all its runs at once
+    if isinstance(simulation.engine, RecordedSimulation):  # it is read and not run: all its runs at once
         most, parts = len(recorded.runs), (Part(runs=frozenset(recorded.runs), before=AS_IT_IS, after=AS_IT_IS),)
     again = rerun_in_parts(
         recorded, parts, rig=rig, engine=simulation.engine, name=simulation.name, runs=most, progress=progress

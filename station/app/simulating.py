@@ -14,7 +14,7 @@ from station.physics.catalogue import catalogue_of_table
 from station.physics.model import Model, model_of_table
 from station.recording.arrays import load_signals
 from station.recording.reader import RecordingReader, open_recording
-from station.simulators.simulator import Elsewhere, Simulator, opened
+from station.simulators.simulator import RecordedSimulation, Simulator, opened
 
 
 def rig_of(reader: RecordingReader, *, path: Path | None = None) -> RigConfig:
@@ -58,5 +58,5 @@ def simulator_of(name: str) -> Simulator:
         UserError: if there is neither.
     """
     if name.endswith(".mcap"):
-        return Elsewhere(load_signals(open_recording(Path(name))))
+        return RecordedSimulation(load_signals(open_recording(Path(name))))
     return opened(name)

@@ -14,7 +14,7 @@ from station.recording.arrays import load_signals
 from station.recording.reader import open_recording
 from station.signals.session import Signals
 from station.simulators.mujoco.own_settings import own_setup
-from station.simulators.simulator import LIMIT_S, Elsewhere, Simulator, file_of, names, opened, suffixes
+from station.simulators.simulator import LIMIT_S, RecordedSimulation, Simulator, file_of, names, opened, suffixes
 from station.simulators.yours.called import of_function
 
 Given = str | Path | Signals | Simulator | Callable[..., Any]
@@ -52,7 +52,7 @@ def simulation_of(
         file = named_in(plugin_folders(rig.plugins, plugins), str(given))
         return Simulation(name=str(given), engine=_of_name(file, limit_s))
     if isinstance(given, Signals):
-        return Simulation(name="the given simulation", engine=Elsewhere(given))
+        return Simulation(name="the given simulation", engine=RecordedSimulation(given))
     if isinstance(given, Simulator):
         return Simulation(name=type(given).__name__, engine=given)
     name = str(getattr(given, "__name__", "the given simulation"))
@@ -61,7 +61,7 @@ def simulation_of(
 
 def _of_name(name: str, limit_s: float) -> Simulator:
     if name.endswith(".mcap"):
-        return Elsewhere(load_signals(open_recording(Path(name))))
+        return RecordedSimulation(load_signals(open_recording(Path(name))))
     if name not in names() and file_of(name) is None:
         files = ", ".join(f"*{suffix}" for suffix in suffixes())
         raise UserError(

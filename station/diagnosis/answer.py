@@ -14,7 +14,7 @@ from station.diagnosis.inference.level import as_simulated, level_of
 from station.diagnosis.inference.values import values_of
 from station.diagnosis.likelihood.systematic import without_nuisances
 from station.diagnosis.observations.evidence import Evidence
-from station.diagnosis.result import Candidates, Diagnosis, EffectFound, FitQuality, Own, Verdict
+from station.diagnosis.result import Candidates, Diagnosis, EffectFound, FitQuality, HeldOutGain, Verdict
 from station.diagnosis.search.acting import acting
 from station.diagnosis.search.advised import advice
 from station.diagnosis.search.locate import located, summary_of
@@ -55,7 +55,7 @@ class Assessment:
     """A search's posteriors, the gain of each name in unseen runs, and the model of these names with its quality."""
 
     posteriors: Posteriors
-    own: Mapping[str, Own]
+    gains: Mapping[str, HeldOutGain]
     model: Fit
     quality: FitQuality
 
@@ -149,7 +149,7 @@ def _effects(evidence: Evidence, found: Search, assessment: Assessment) -> tuple
 
 
 def _effect(evidence: Evidence, found: Search, fitted: Fit, term: Term, assessment: Assessment) -> EffectFound:
-    effect, posteriors, own = term.effect, assessment.posteriors, assessment.own[term.effect.id]
+    effect, posteriors, gain = term.effect, assessment.posteriors, assessment.gains[term.effect.id]
     near = posteriors.classes[effect.id]
     verdict: Verdict = "indistinguishable" if len(near) > 1 else "supported"
     changed = change(evidence, fitted, term)
@@ -158,10 +158,10 @@ def _effect(evidence: Evidence, found: Search, fitted: Fit, term: Term, assessme
         title=effect.title if not is_smooth(effect) else smooth_in_words(evidence, fitted.model, term),
         class_ids=near,
         probability=posteriors.effects[effect.id],
-        verdict=verdict if own.real and posteriors.effects[effect.id] > thresholds.EVEN else "not supported",
+        verdict=verdict if gain.real and posteriors.effects[effect.id] > thresholds.EVEN else "not supported",
         parameters=values_of(fitted, term),
         determined=determined(evidence, fitted, term) if changed is None else (changed,),
-        own=own,
+        held_out_gain=gain,
         separated_by=advice(evidence, effect),
         other_by=_other_by(found, effect.id) if len(near) > 1 and "other" in near else "",
         acting=acting(evidence, fitted, effect),

@@ -13,7 +13,6 @@ from functools import partial
 import numpy as np
 
 from shared.messages import Sample
-from station.diagnosis.against import Found
 from station.diagnosis.answer import Assessment, answered, refusal, why_not
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.observations.build import evidence_of
@@ -24,9 +23,10 @@ from station.diagnosis.observations.table import table_evidence
 from station.diagnosis.predict.folds import Folding, assigned, less, named
 from station.diagnosis.predict.quality import compared, sifted
 from station.diagnosis.report.picture_data import PictureData, picture_data
-from station.diagnosis.result import Counted, Diagnosis, Own
+from station.diagnosis.result import Counted, Diagnosis, HeldOutGain
 from station.diagnosis.search.posterior import posteriors_of
 from station.diagnosis.search.search import Progress, Search, in_stages, search
+from station.diagnosis.simulation_comparison import Found
 from station.physics.catalogue import Catalogue
 from station.physics.model import Model
 from station.signals.measured import Measured
@@ -106,9 +106,11 @@ def examined(
     folds = folding(evidence, effects, found, fold=assigned(evidence, rng), seed=seed, jobs=jobs)
     posteriors = posteriors_of(found)
     sift = sifted(evidence, folds, posteriors.classes)
-    model = _kept(evidence, found, sift.own)
+    model = _kept(evidence, found, sift.gains)
     quality = compared(evidence, sift, model)
-    answer = answered(evidence, found, Assessment(posteriors, sift.own, model, quality), catalogue, name=name, rng=rng)
+    answer = answered(
+        evidence, found, Assessment(posteriors, sift.gains, model, quality), catalogue, name=name, rng=rng
+    )
     pictures = picture_data(evidence, found, (sift.before, sift.after), opening_radius_m=chosen.opening_radius_m)
     result = Found(evidence=evidence, search=found, posteriors=posteriors, folds=sift.folds)
     return Examined(diagnosis=replace(answer, counted=counted), pictures=pictures, found=result)
@@ -132,10 +134,10 @@ def _counted(recorded: Recorded, evidence: Evidence) -> Counted:
     return "windows" if record else "rows"
 
 
-def _kept(evidence: Evidence, found: Search, own: Mapping[str, Own]) -> Fit:
+def _kept(evidence: Evidence, found: Search, gains: Mapping[str, HeldOutGain]) -> Fit:
     """The fit to all runs without the names that do not improve the prediction of unseen ones."""
     model = found.model
-    for name, adds in own.items():
+    for name, adds in gains.items():
         if not adds.real:
             model = less(evidence, model, name)
     return model

@@ -10,7 +10,6 @@ import numpy as np
 
 from shared.errors import UserError
 from station.diagnosis import thresholds
-from station.diagnosis.against import Against, Beside, Found, against, as_noisy_as
 from station.diagnosis.answer import overall
 from station.diagnosis.diagnose import Examined, Recorded, evidence_from
 from station.diagnosis.inference.level import levelled
@@ -24,6 +23,13 @@ from station.diagnosis.search.locate import located
 from station.diagnosis.search.posterior import called, posteriors_of
 from station.diagnosis.search.search import Progress, in_stages, looked_at, search
 from station.diagnosis.search.unnamed import change, smooth_in_words
+from station.diagnosis.simulation_comparison import (
+    EffectComparison,
+    Found,
+    SimulationComparison,
+    as_noisy_as,
+    compared_with_simulation,
+)
 from station.physics.catalogue import Catalogue
 from station.physics.effect import Effect
 from station.physics.model import Model
@@ -107,7 +113,7 @@ def against_given(
     found = search(staged, rng, progress)
     theirs = Found(evidence=evidence, search=found, posteriors=posteriors_of(found), friction=friction)
     progress("comparing recording and simulation")
-    compared = against(recorded, theirs)
+    compared = compared_with_simulation(recorded, theirs)
     # The rest of the recording is tested with all that the recording can show, also where the simulation cannot.
     left, _ = looked_at(recorded.evidence, compared.shared, recorded.search.offered, rng=rng, progress=progress)
     every = _compared(answer, compared, theirs)
@@ -178,7 +184,7 @@ def _without_numerics(diagnosis: Diagnosis, catalogue: Catalogue) -> Diagnosis:
     return replace(diagnosis, effects=effects, verdict=overall(effects, claimed=claimed), numerics=tuple(rows))
 
 
-def _kept(diagnosis: Diagnosis, compared: Against) -> tuple[Effect, ...]:
+def _kept(diagnosis: Diagnosis, compared: SimulationComparison) -> tuple[Effect, ...]:
     """The effects that are claimed, and those that both have alike, whose part the others would take up."""
     claimed = {effect.id for effect in diagnosis.effects if effect.verdict != "not supported"}
     alike = {called(one.effect.id) for one in compared.effects if one.effect and one.side == "both"}
@@ -186,13 +192,13 @@ def _kept(diagnosis: Diagnosis, compared: Against) -> tuple[Effect, ...]:
     return tuple(effect for effect in effects if called(effect.id) in claimed | alike)
 
 
-def _compared(answer: Diagnosis, compared: Against, simulated: Found) -> Diagnosis:
+def _compared(answer: Diagnosis, compared: SimulationComparison, simulated: Found) -> Diagnosis:
     """The recording's own answer with each effect compared, and the effects that only the simulation has."""
-    beside = {called(one.effect.id): one for one in compared.effects if one.effect is not None}
+    comparisons = {called(one.effect.id): one for one in compared.effects if one.effect is not None}
     unseen = {called(name) for name in simulated.search.untestable}
-    mine = [_of_recording(effect, beside.get(effect.id), unseen=effect.id in unseen) for effect in answer.effects]
+    mine = [_of_recording(effect, comparisons.get(effect.id), unseen=effect.id in unseen) for effect in answer.effects]
     known = {effect.id for effect in mine}
-    theirs = [_of_simulation(one, simulated) for key, one in beside.items() if key not in known]
+    theirs = [_of_simulation(one, simulated) for key, one in comparisons.items() if key not in known]
     effects = tuple(sorted((*mine, *theirs), key=lambda effect: -effect.probability))
     claimed = any(effect.verdict != "not supported" for effect in effects)
     return replace(
@@ -203,28 +209,28 @@ def _compared(answer: Diagnosis, compared: Against, simulated: Found) -> Diagnos
     )
 
 
-def _of_recording(effect: EffectFound, beside: Beside | None, *, unseen: bool) -> EffectFound:
+def _of_recording(effect: EffectFound, comparison: EffectComparison | None, *, unseen: bool) -> EffectFound:
     """An effect of the recording; the simulation lacks it with the probability that their numbers differ.
 
     Of one that could not show in the simulation (`unseen`) nothing can be said.
     """
-    if beside is None:
+    if comparison is None:
         return effect
     if unseen and effect.verdict != "not supported":
         return replace(effect, verdict="untestable")
-    probability = effect.probability * beside.probability
+    probability = effect.probability * comparison.probability
     verdict = effect.verdict if probability > thresholds.EVEN else "not supported"
-    return replace(effect, side=beside.side, probability=probability, verdict=verdict)
+    return replace(effect, side=comparison.side, probability=probability, verdict=verdict)
 
 
-def _of_simulation(beside: Beside, simulated: Found) -> EffectFound:
+def _of_simulation(comparison: EffectComparison, simulated: Found) -> EffectFound:
     """An effect that was found in the simulation alone."""
-    effect = beside.effect
+    effect = comparison.effect
     assert effect is not None
     classes: Mapping[str, tuple[str, ...]] = simulated.posteriors.classes
     fitted = simulated.search.model
     near = classes.get(effect.id, (called(effect.id),))
-    probability = simulated.posteriors.effects.get(effect.id, 0.0) * beside.probability
+    probability = simulated.posteriors.effects.get(effect.id, 0.0) * comparison.probability
     likely = "indistinguishable" if len(near) > 1 else "supported"
     term = next(term for term in fitted.model.terms if term.effect.id == effect.id)
     changed = change(simulated.evidence, fitted, term)
@@ -237,6 +243,6 @@ def _of_simulation(beside: Beside, simulated: Found) -> EffectFound:
         parameters=values_of(fitted, term),
         determined=() if changed is None else (changed,),
         separated_by=effect.separated_by,
-        side=beside.side,
+        side=comparison.side,
         acting=acting(simulated.evidence, fitted, effect),
     )

@@ -155,7 +155,7 @@ class Acting:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Own:
+class HeldOutGain:
     """The gain in the prediction of unseen runs by one name beside all others, with standard errors.
 
     `gain` is in log score (nat) a run, `path` is the decrease of a simulated slide's error (m). Folds that did not find
@@ -176,9 +176,9 @@ class Own:
 class EffectFound:
     """An effect of the catalogue, or `other`, with its verdict. `class_ids` cannot be told from each other.
 
-    `determined` are the combinations that are identifiable where single numbers are not; `own` is what the name adds to
-    the prediction of unseen runs; `separated_by` is the advice that separates the class, and `other_by` what `other` in
-    it depends on. `acting` tells in which phases of which runs it acts, by the model that has it.
+    `determined` are the combinations that are identifiable where single numbers are not; `held_out_gain` is what the
+    name adds to the prediction of unseen runs; `separated_by` is the advice that separates the class, and `other_by`
+    what `other` in it depends on. `acting` tells in which phases of which runs it acts, by the model that has it.
     """
 
     id: str
@@ -189,7 +189,7 @@ class EffectFound:
     parameters: Mapping[str, Value]
     separated_by: str = ""
     determined: tuple[Combination, ...] = ()
-    own: Own | None = None
+    held_out_gain: HeldOutGain | None = None
     side: Side = "recording"
     other_by: str = ""
     acting: tuple[Acting, ...] = ()
@@ -409,20 +409,20 @@ def _effect(effect: EffectFound) -> dict[str, Any]:
         "verdict": effect.verdict,
         "parameters": {name: _value(value) | {"at_bound": value.at_bound} for name, value in effect.parameters.items()},
         "determined": [asdict(one) | {"interval90": list(one.known.interval90)} for one in effect.determined],
-        "held_out": None if effect.own is None else _own(effect.own),
+        "held_out": None if effect.held_out_gain is None else _held_out(effect.held_out_gain),
         "side": effect.side,
         "other_by": effect.other_by,
         "acting": [asdict(one) for one in effect.acting],
     }
 
 
-def _own(own: Own) -> dict[str, Any]:
+def _held_out(gain: HeldOutGain) -> dict[str, Any]:
     return {
-        "log_score_gain": own.gain.value,
-        "gain_se": own.gain.sd,
-        "path_gain_mm": 1e3 * own.path.value,
-        "path_gain_se_mm": 1e3 * own.path.sd,
-        "folds": own.folds,
+        "log_score_gain": gain.gain.value,
+        "gain_se": gain.gain.sd,
+        "path_gain_mm": 1e3 * gain.path.value,
+        "path_gain_se_mm": 1e3 * gain.path.sd,
+        "folds": gain.folds,
     }
 
 

@@ -118,7 +118,7 @@ NOMINAL = Threshold(
     0.1,
     meaning="At this global p a session's own null speaks neither for nor against nothing.",
     how="By hand on development cases; it changes `none_probability` and no name.",
-    shown="pytest tests/unit/diagnosis/test_belief.py",
+    shown="pytest tests/unit/diagnosis/test_posterior.py",
 )
 OVERDISPERSED = Threshold(
     1.5,

@@ -5,7 +5,7 @@
 | `opening.py` | whether a file is a finished recording, and which parts belong to it |
 | `file_reader.py`, `parted.py` | what is in one file, and in several as one |
 | `in_order.py`, `in_batches.py` | its messages one by one by log time, or many at a time as they stand in the file |
-| `told.py` | what its index tells, without reading a message |
+| `recording_info.py` | what its index tells, without reading a message |
 | `indexed.py`, `described.py` | its chunks; its metadata and attached files |
 | `recorded.py` | what a topic and a message of it are |
 """

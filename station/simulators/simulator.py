@@ -2,7 +2,7 @@
 
 A simulator is a folder here with a module `session` that has one class with `repeat`: `planar`, `mujoco`, or one that
 is added beside them. Files of a user's own are simulators by the module of `of_file` that has their suffix's name. A
-recording that another simulator made stands in for one, too (`Elsewhere`).
+recording that another simulator made stands in for one, too (`RecordedSimulation`).
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ AS_IT_IS = Model(mu_s=1.0)
 """The correction that a simulator with a friction of its own gets before anything is found: none."""
 
 
-class Elsewhere(OwnFriction):
+class RecordedSimulation(OwnFriction):
     """A simulation that somebody else made, as a recording of the same runs."""
 
     why_not_rerun = (

@@ -31,7 +31,7 @@ from station.physics.model import Model, model_of_table, table_of_model
 from station.signals.session import Signals
 from station.simulators.recorded_runs import poses_of
 from station.simulators.rerun import errors
-from station.simulators.simulator import Elsewhere, OwnFriction, names
+from station.simulators.simulator import OwnFriction, RecordedSimulation, names
 
 
 @missing_as_user_error()
@@ -66,7 +66,7 @@ def simulate(
         text = tomli_w.dumps(table_of_model(chosen))
     rng = None if seed is None else np.random.default_rng(seed)
     engine = simulating.simulator_of(simulator)
-    if isinstance(engine, OwnFriction) and not isinstance(engine, Elsewhere):
+    if isinstance(engine, OwnFriction) and not isinstance(engine, RecordedSimulation):
         raise UserError(
             f"Expected {' or '.join(names())} to simulate with a model, but {simulator} has a friction of its own: "
             "station diagnose --simulate runs it as it is, and with what was found"

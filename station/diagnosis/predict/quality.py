@@ -14,7 +14,7 @@ from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.predict.folds import Fold, dropped
 from station.diagnosis.predict.held_out import HeldOut, Parts, predicted, with_paths
-from station.diagnosis.result import FitQuality, Own, Quality, Value
+from station.diagnosis.result import FitQuality, HeldOutGain, Quality, Value
 from station.diagnosis.search.posterior import called
 from station.physics.contact import Array
 from station.simulators import figures
@@ -31,7 +31,7 @@ class Sifted:
     """
 
     folds: tuple[Fold, ...]
-    own: Mapping[str, Own]
+    gains: Mapping[str, HeldOutGain]
     before: HeldOut
     after: HeldOut
 
@@ -40,17 +40,17 @@ def sifted(evidence: Evidence, folds: Sequence[Fold], classes: Classes) -> Sifte
     """Removes the names that add nothing, the least first: of two that replace each other one stays."""
     before = _held(evidence, [(fold.left_out, fold.before) for fold in folds])
     after = _held(evidence, [(fold.left_out, fold.after) for fold in folds]) if _named(folds) else before
-    own, left = dict[str, Own](), dict(classes)
+    gains, left = dict[str, HeldOutGain](), dict(classes)
     while left:
         without = {name: _without(evidence, folds, {called(name), *alike}) for name, alike in left.items()}
         each = {name: _adds(after, others, folds, {called(name), *left[name]}) for name, others in without.items()}
-        own |= each
+        gains |= each
         name = min(left, key=lambda name: each[name].gain.value - each[name].gain.sd)
         if each[name].real:
             break
         alike, after = {called(name), *left.pop(name)}, without[name]
         folds = [fold if (its := _one_of(fold, alike)) is None else dropped(evidence, fold, its) for fold in folds]
-    return Sifted(tuple(folds), own, before, after if _named(folds) else before)
+    return Sifted(tuple(folds), gains, before, after if _named(folds) else before)
 
 
 def of_folds(evidence: Evidence, folds: Sequence[Fold]) -> Sifted:
@@ -111,8 +111,8 @@ def _without(evidence: Evidence, folds: Sequence[Fold], alike: Collection[str]) 
     return _held(evidence, [(fold.left_out, fit) for fold, fit in zip(folds, rest, strict=True)])
 
 
-def _adds(full: HeldOut, others: HeldOut, folds: Sequence[Fold], alike: Collection[str]) -> Own:
-    return Own(
+def _adds(full: HeldOut, others: HeldOut, folds: Sequence[Fold], alike: Collection[str]) -> HeldOutGain:
+    return HeldOutGain(
         gain=_mean(full.log_run - others.log_run, unit="nat"),
         path=_median(others.path_m - full.path_m, unit="m"),
         folds=sum(_one_of(fold, alike) is not None for fold in folds),

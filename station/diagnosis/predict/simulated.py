@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import replace
 
-from station.diagnosis.against import Against, Found
 from station.diagnosis.inference.fit import Fit, fit
 from station.diagnosis.inference.level import as_simulated
 from station.diagnosis.likelihood.systematic import claimable, keeping
@@ -13,6 +12,7 @@ from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.predict.folds import Fold
 from station.diagnosis.predict.quality import compared, of_folds
 from station.diagnosis.result import FitQuality
+from station.diagnosis.simulation_comparison import Found, SimulationComparison
 from station.physics.between import between
 from station.physics.effect import Effect
 from station.physics.model import Model
@@ -20,19 +20,21 @@ from station.simulators.rerun import Part
 from station.simulators.simulator import AS_IT_IS
 
 
-def quality_of_given(recorded: Found, simulated: Found, against: Against, kept: Collection[Effect]) -> FitQuality:
+def quality_of_given(
+    recorded: Found, simulated: Found, comparison: SimulationComparison, kept: Collection[Effect]
+) -> FitQuality:
     """The scores of the recording's unseen runs by the simulation's numbers, and by the recording's own.
 
     The simulation's friction and effects are taken as they were fitted to it, and the recording's noise and
     readings are fitted around them; `kept` are the effects that count as found in either.
     """
-    given = model_of(simulated, against.simulation, kept)
+    given = model_of(simulated, comparison.simulation, kept)
     folds = [replace(fold, before=_as_given(fold.of(recorded.evidence), given, fold.before)) for fold in recorded.folds]
     return compared(recorded.evidence, of_folds(recorded.evidence, folds), recorded.search.model)
 
 
 def parts_of_given(
-    recorded: Found, simulated: Found, against: Against, kept: Collection[Effect], *, changed: bool
+    recorded: Found, simulated: Found, comparison: SimulationComparison, kept: Collection[Effect], *, changed: bool
 ) -> tuple[Part, ...]:
     """The models that turn the simulator into one with the recording's friction, each fitted without its fold's runs.
 
@@ -42,10 +44,10 @@ def parts_of_given(
     runs = [_runs(recorded.evidence, fold) for fold in recorded.folds]
     if not changed:
         return tuple(Part(runs=own, before=AS_IT_IS, after=AS_IT_IS) for own in runs)
-    given = model_of(simulated, against.simulation, kept)
-    after = [between(_without_fold(recorded.evidence, fold, against, kept), given) for fold in recorded.folds]
-    if against.level.twice_log_odds <= 0:
-        level = _own_level(recorded, against, kept) / given.mu_s
+    given = model_of(simulated, comparison.simulation, kept)
+    after = [between(_without_fold(recorded.evidence, fold, comparison, kept), given) for fold in recorded.folds]
+    if comparison.level.twice_log_odds <= 0:
+        level = _own_level(recorded, comparison, kept) / given.mu_s
         after = [replace(found, mu_s=level) for found in after]
     return tuple(Part(runs=own, before=AS_IT_IS, after=found) for own, found in zip(runs, after, strict=True))
 
@@ -68,21 +70,21 @@ def model_of(simulated: Found, fitted: Fit, kept: Collection[Effect]) -> Model:
     return replace(model, mu_s=model.mu_s / simulated.friction)
 
 
-def _own_level(recorded: Found, against: Against, kept: Collection[Effect]) -> float:
+def _own_level(recorded: Found, comparison: SimulationComparison, kept: Collection[Effect]) -> float:
     """The coefficient with which the recording's law has the simulation's level of friction."""
-    (level,) = against.level.numbers
-    found = as_simulated(recorded.evidence, _left(against, kept))
+    (level,) = comparison.level.numbers
+    found = as_simulated(recorded.evidence, _left(comparison, kept))
     return found.mu_s * level.simulation.value / level.recording.value
 
 
-def _left(against: Against, kept: Collection[Effect]) -> Fit:
+def _left(comparison: SimulationComparison, kept: Collection[Effect]) -> Fit:
     """The recording's fit with these of its effects."""
-    whole = against.recording
+    whole = comparison.recording
     return replace(whole, model=keeping(whole.model, {one.id for one in kept}))
 
 
-def _without_fold(evidence: Evidence, fold: Fold, against: Against, kept: Collection[Effect]) -> Model:
-    part, left = fold.of(evidence), _left(against, kept)
+def _without_fold(evidence: Evidence, fold: Fold, comparison: SimulationComparison, kept: Collection[Effect]) -> Model:
+    part, left = fold.of(evidence), _left(comparison, kept)
     return as_simulated(part, fit(part, left.model, claimable(left.model), noise=left.noise))
 
 

@@ -81,7 +81,13 @@ RULES: tuple[Rule, ...] = (
     Rule(name="shapes cost less", places=(S + "candidates:Fitter._cost",), off=_full_cost),
     Rule(name="overdispersion", places=(S + "candidates:overdispersion",), off=_one),
     Rule(name="temperature", places=(S + "comparison:temperature",), off=_one, late=True),
-    Rule(name="held-out gain", places=("station.diagnosis.result:Own.real",), off=_true, late=True, is_property=True),
+    Rule(
+        name="held-out gain",
+        places=("station.diagnosis.result:HeldOutGain.real",),
+        off=_true,
+        late=True,
+        is_property=True,
+    ),
 )
 
 

@@ -87,9 +87,9 @@ def weighed(found: Found) -> tuple[list[Claim], list[Claim]]:
     """The names that are claimed, and those that are listed beside them."""
     evidence, search_, folds = found
     posteriors = posteriors_of(search_)
-    own = sifted(evidence, folds, posteriors.classes).own
+    gains = sifted(evidence, folds, posteriors.classes).gains
     listed = [
-        (Claim(name=called(name), alike=posteriors.classes[name], probability=float(chance)), own[name].real)
+        (Claim(name=called(name), alike=posteriors.classes[name], probability=float(chance)), gains[name].real)
         for name, chance in posteriors.effects.items()
     ]
     listed += [(Claim(name="other", alike=("other",), probability=float(chance)), True) for chance in posteriors.places]

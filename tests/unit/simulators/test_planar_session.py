@@ -21,7 +21,7 @@ from station.recording.reader import open_recording
 from station.signals.session import Signals
 from station.signals.tracks import AttitudeTrack, PoseTrack
 from station.simulators.recorded_runs import poses_of, recorded_runs
-from station.simulators.simulator import Elsewhere, Simulator, names, simulator
+from station.simulators.simulator import RecordedSimulation, Simulator, names, simulator
 
 GOLDEN = Path(__file__).parents[2] / "golden" / "session.mcap"
 MU = 0.3464
@@ -209,8 +209,8 @@ def test_simulators_are_found_by_name() -> None:
 
 def test_a_recording_made_elsewhere_is_a_simulator() -> None:
     recorded, rig = golden()
-    elsewhere = Elsewhere(repeated(MU))
-    assert isinstance(elsewhere, Simulator)
-    assert elsewhere.repeat(recorded, Model(mu_s=1.0), rig=rig) is repeated(MU)
+    simulation = RecordedSimulation(repeated(MU))
+    assert isinstance(simulation, Simulator)
+    assert simulation.repeat(recorded, Model(mu_s=1.0), rig=rig) is repeated(MU)
     with pytest.raises(UserError, match="runs 4"):
-        elsewhere.repeat(tossed(0.2), Model(mu_s=1.0), rig=rig)
+        simulation.repeat(tossed(0.2), Model(mu_s=1.0), rig=rig)

@@ -90,7 +90,7 @@ class Systemd:
             _systemctl("daemon-reload")
 
 
-class Nobody:
+class NoSupervisor:
     """A plain process in its own session: nobody starts it again after a fault or a reboot."""
 
     def __init__(self, paths: TargetPaths, *, account: str) -> None:
@@ -156,7 +156,7 @@ class Nobody:
 
 def supervisor_of(name: str, paths: TargetPaths, *, account: str) -> Supervisor:
     """The supervisor called "systemd" or "none"."""
-    return Systemd(paths) if name == "systemd" else Nobody(paths, account=account)
+    return Systemd(paths) if name == "systemd" else NoSupervisor(paths, account=account)
 
 
 def stays_up(supervisor: Supervisor, *, seconds: float) -> bool:

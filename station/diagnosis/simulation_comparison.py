@@ -50,7 +50,7 @@ class Found:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Beside:
+class EffectComparison:
     """One effect, or the level of friction (`effect` None), in the recording and in the simulation.
 
     `gain` is in twice the log likelihood, `twice_log_odds` are those that the numbers differ; `side` says who has it.
@@ -71,15 +71,15 @@ class Beside:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Against:
+class SimulationComparison:
     """All comparisons, with the level of friction apart.
 
     `differ_p` is the p-value of all differences together; `shared` is the fit to the recording of what both have alike.
     `recording` and `simulation` are the fits of all effects to each of the two.
     """
 
-    level: Beside
-    effects: tuple[Beside, ...]
+    level: EffectComparison
+    effects: tuple[EffectComparison, ...]
     differ_p: float
     shared: Fit
     recording: Fit
@@ -107,18 +107,18 @@ def as_noisy_as(recorded: Found, simulated: Evidence) -> Evidence:
     return replace(simulated, floor=replace(noise, factor=factor))
 
 
-def against(recorded: Found, simulated: Found) -> Against:
+def compared_with_simulation(recorded: Found, simulated: Found) -> SimulationComparison:
     """Fits the effects of both to both, and compares their numbers."""
     effects = _joint(recorded, simulated)
     fits = [_fitted(one, other, effects) for one, other in ((recorded, simulated), (simulated, recorded))]
     level = _level(recorded, simulated, fits)
-    beside = tuple(_beside(effect, recorded, simulated, fits) for effect in effects)
-    gain = level.gain + sum(one.gain for one in beside)
-    differ_p = float(chi2.sf(gain, 1 + sum(len(one.numbers) for one in beside)))
-    alike = [one.effect for one in beside if one.effect is not None and one.twice_log_odds <= 0]
-    return Against(
+    comparisons = tuple(_effect_compared(effect, recorded, simulated, fits) for effect in effects)
+    gain = level.gain + sum(one.gain for one in comparisons)
+    differ_p = float(chi2.sf(gain, 1 + sum(len(one.numbers) for one in comparisons)))
+    alike = [one.effect for one in comparisons if one.effect is not None and one.twice_log_odds <= 0]
+    return SimulationComparison(
         level=level,
-        effects=beside,
+        effects=comparisons,
         differ_p=differ_p,
         shared=_refit(recorded.evidence, fits[0], alike),
         recording=fits[0],
@@ -166,13 +166,15 @@ def _held(effect: Effect) -> Effect:
     return effect if sizes == effect.parameters else type("Held", (type(effect),), {"parameters": sizes})()
 
 
-def _level(recorded: Found, simulated: Found, fits: Sequence[Fit]) -> Beside:
+def _level(recorded: Found, simulated: Found, fits: Sequence[Fit]) -> EffectComparison:
     """Compares the coefficients of friction; their errors include the runs' scatter."""
     each = [_level_of(one, fitted) for one, fitted in zip((recorded, simulated), fits, strict=True)]
     number = Differs(name="mu_s", recording=each[0], simulation=each[1])
     gain = _gain((number,), sum((np.array([[value.sd**2]]) for value in each), np.zeros((1, 1))))
     odds = gain - _price(recorded, 1)
-    return Beside(effect=None, side="both", numbers=(number,), gain=gain, twice_log_odds=odds, reported=(number,))
+    return EffectComparison(
+        effect=None, side="both", numbers=(number,), gain=gain, twice_log_odds=odds, reported=(number,)
+    )
 
 
 def _level_of(found: Found, fitted: Fit) -> Value:
@@ -182,7 +184,7 @@ def _level_of(found: Found, fitted: Fit) -> Value:
     return replace(level, value=level.value / found.friction, sd=sd / found.friction)
 
 
-def _beside(effect: Effect, recorded: Found, simulated: Found, fits: Sequence[Fit]) -> Beside:
+def _effect_compared(effect: Effect, recorded: Found, simulated: Found, fits: Sequence[Fit]) -> EffectComparison:
     """Compares one effect's numbers; its shapes count only where both were found to have the effect."""
     has = [effect.id in {one.id for one in found.search.found} for found in (recorded, simulated)]
     known = [
@@ -201,7 +203,9 @@ def _beside(effect: Effect, recorded: Found, simulated: Found, fits: Sequence[Fi
     odds = gain - _price(recorded, len(numbers))
     side: Side = "both" if all(has) or odds <= 0 else "recording" if has[0] else "simulation"
     reported = _changes(recorded.evidence, fits, terms) or numbers
-    return Beside(effect=effect, side=side, numbers=numbers, gain=gain, twice_log_odds=odds, reported=reported)
+    return EffectComparison(
+        effect=effect, side=side, numbers=numbers, gain=gain, twice_log_odds=odds, reported=reported
+    )
 
 
 def _changes(evidence: Evidence, fits: Sequence[Fit], terms: Sequence[Term]) -> tuple[Differs, ...]:
