@@ -29,10 +29,10 @@ from shared.messages import MarkerCorners
 from station.app import assembly, recordings
 from station.app.lockstep import CameraBuilder, Lockstep
 from station.app.pixels import pixel_camera
-from station.recording.beside import RecordingBeside, can_write_beside
 from station.recording.reader import open_recording
 from station.recording.recorder import Sink
 from station.recording.writer import Recording
+from station.recording.writer_process import WriterProcess, can_start_writer_process
 
 pytestmark = [pytest.mark.benchmark, pytest.mark.timeout(900)]
 
@@ -83,7 +83,7 @@ def yardstick() -> float:
 def timed(path: Path, *, seed: int = 1, split: dict[str, float] | None = None, **limits: Any) -> Timing:
     """Runs and records one session, with the yardstick every half second of it."""
     recording = opened(path, seed=seed)
-    sink = recording if split is not None or not can_write_beside() else RecordingBeside(recording)
+    sink = recording if split is not None or not can_start_writer_process() else WriterProcess(recording)
     lockstep = build(sink, seed=seed, camera=limits.pop("camera", None))
     if split is not None:
         watch(lockstep, recording, split)

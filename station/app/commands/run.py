@@ -31,9 +31,9 @@ from station.app.processes import stop_by_signal
 from station.app.signature import keys_folder, signature_path
 from station.app.summary import print_summary
 from station.arm.tilter import Tilter
-from station.recording.beside import RecordingBeside, can_write_beside
 from station.recording.repair import repair_folder
 from station.recording.writer import Recording
+from station.recording.writer_process import WriterProcess, can_start_writer_process
 from station.sampling.plan import Plan
 
 NAME = "run"
@@ -85,7 +85,7 @@ def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Pat
         recording = Recording(
             path, provenance=origin, overwrite=options.overwrite, split_bytes=options.split, flush_every_s=10.0
         )
-        recording = stack.enter_context(RecordingBeside(recording) if can_write_beside() else recording)
+        recording = stack.enter_context(WriterProcess(recording) if can_start_writer_process() else recording)
         display = stack.enter_context(_display(console, rig, plan, path, json_lines=options.json_lines))
         lockstep = Lockstep(
             rig,

@@ -15,11 +15,11 @@ from shared.errors import UserError
 from station.__main__ import main
 from station.app.signature import file_sha256
 from station.recording.arrays import run_signals
-from station.recording.beside import RecordingBeside
 from station.recording.parts import files_of, sha256_of
 from station.recording.reader import RecordingReader, digest, open_recording
 from station.recording.repair import repair, repair_folder
 from station.recording.writer import Recording, partial_path
+from station.recording.writer_process import WriterProcess
 from tests.unit.recording import session
 
 SPLIT = 20_000
@@ -31,7 +31,7 @@ def split(path: Path, *, apart: bool = False, overwrite: bool = False) -> Path:
     recording = Recording(
         path, provenance=session.provenance(), flush_every_s=FLUSH_S, split_bytes=SPLIT, overwrite=overwrite
     )
-    with RecordingBeside(recording) if apart else recording as sink:
+    with WriterProcess(recording) if apart else recording as sink:
         for receive_ns, topic, message in session.traffic():
             sink.write(Received(topic, receive_ns=receive_ns, message=message))
     return path
@@ -97,8 +97,8 @@ def test_each_part_is_a_whole_recording(parted: Path) -> None:
 
 
 def test_a_process_of_its_own_writes_the_same_parts(parted: Path, tmp_path: Path) -> None:
-    beside = split(tmp_path / "a.mcap", apart=True)
-    assert [path.read_bytes() for path in files_of(beside)] == [path.read_bytes() for path in files_of(parted)]
+    writer_process = split(tmp_path / "a.mcap", apart=True)
+    assert [path.read_bytes() for path in files_of(writer_process)] == [path.read_bytes() for path in files_of(parted)]
 
 
 def copy(parted: Path, folder: Path) -> Path:

@@ -15,15 +15,15 @@ from shared import foxglove, frames
 from shared.bus import Received, Recipe
 from shared.errors import UserError
 from shared.messages import MarkerCorners, Message, PlatformState
-from station.recording import beside
-from station.recording.beside import RecordingBeside, can_write_beside
+from station.recording import writer_process
 from station.recording.reader import open_recording
 from station.recording.writer import Recording, partial_path
+from station.recording.writer_process import WriterProcess, can_start_writer_process
 from tests.contracts.test_messages import CLASSES, messages, same
 from tests.unit.recording import session
 
-pytestmark = pytest.mark.skipif(not can_write_beside(), reason="needs Linux and two processors")
-COUNT = 3 * beside.BATCH + 7
+pytestmark = pytest.mark.skipif(not can_start_writer_process(), reason="needs Linux and two processors")
+COUNT = 3 * writer_process.BATCH + 7
 
 
 def received(number: int) -> Received:
@@ -42,7 +42,7 @@ def received(number: int) -> Received:
 
 def written(path: Path, *, apart: bool) -> bytes:
     recording = Recording(path, provenance=session.provenance(), flush_every_s=0.5)
-    with RecordingBeside(recording) if apart else recording as sink:
+    with WriterProcess(recording) if apart else recording as sink:
         for number in range(COUNT):
             sink.write(received(number))
     return path.read_bytes()
@@ -57,15 +57,15 @@ def test_the_file_is_the_same_byte_for_byte(tmp_path: Path) -> None:
 @given(data=st.data())
 def test_every_message_crosses_as_it_is(cls: type[Message], data: st.DataObject) -> None:
     message = data.draw(messages(cls))
-    values = beside._reader(cls)(message)  # pyright: ignore[reportPrivateUsage]
-    assert same(beside._maker(cls)(values), message)  # pyright: ignore[reportPrivateUsage]
+    values = writer_process._reader(cls)(message)  # pyright: ignore[reportPrivateUsage]
+    assert same(writer_process._maker(cls)(values), message)  # pyright: ignore[reportPrivateUsage]
 
 
 def test_a_full_disk_is_told(tmp_path: Path) -> None:
     path = tmp_path / "full.mcap"
     recording = Recording(path, provenance=session.provenance(), flush_every_s=0.1)
     recording._min_free_bytes = 1 << 62  # pyright: ignore[reportPrivateUsage]
-    sink = RecordingBeside(recording)
+    sink = WriterProcess(recording)
     for number in range(COUNT):
         sink.write(received(number))
     sink.close()
@@ -75,7 +75,7 @@ def test_a_full_disk_is_told(tmp_path: Path) -> None:
 
 def test_a_writer_that_dies_is_named(tmp_path: Path) -> None:
     recording = Recording(tmp_path / "dead.mcap", provenance=session.provenance())
-    sink = RecordingBeside(recording)
+    sink = WriterProcess(recording)
     pid = sink._process.pid  # pyright: ignore[reportPrivateUsage]
     assert pid is not None
     os.kill(pid, signal.SIGKILL)
@@ -88,13 +88,13 @@ def test_what_was_sent_is_kept_when_the_session_dies(tmp_path: Path) -> None:
     path = tmp_path / "orphan.mcap"
     child = os.fork()
     if child == 0:
-        sink = RecordingBeside(Recording(path, provenance=session.provenance()))
-        for number in range(beside.BATCH):
+        sink = WriterProcess(Recording(path, provenance=session.provenance()))
+        for number in range(writer_process.BATCH):
             sink.write(received(number))
         os.kill(os.getpid(), signal.SIGKILL)
     os.waitpid(child, 0)
     wait_for(path)
-    assert sum(1 for _ in open_recording(path).messages()) == beside.BATCH
+    assert sum(1 for _ in open_recording(path).messages()) == writer_process.BATCH
     assert not partial_path(path).exists()
 
 

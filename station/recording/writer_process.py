@@ -41,12 +41,12 @@ Row = tuple[str, int, int, Values]
 """Topic, time of receipt, the number of what makes the message, and of what."""
 
 
-def can_write_beside() -> bool:
+def can_start_writer_process() -> bool:
     """True if there is a second processor, and a system on which a process can be split in two safely."""
     return CAN_SPLIT and usable_processors() > 1
 
 
-class RecordingBeside:
+class WriterProcess:
     """Takes over an open `Recording`. Close it, or use it as a context manager: only then the file is complete.
 
     When this process dies, the other one finishes the file with what it has.
@@ -64,12 +64,12 @@ class RecordingBeside:
         recording.let_go()
         self._news = select.poll()
         self._news.register(self._pipe, select.POLLIN)
-        self._taking = _TakingApart(self._send)
+        self._taking = _Packer(self._send)
         self.write = self._taking.add
         """Records one message as it came."""
         self._closed = False
 
-    def __enter__(self) -> RecordingBeside:
+    def __enter__(self) -> WriterProcess:
         """Itself."""
         return self
 
@@ -109,7 +109,7 @@ def _write_all(pipe: Connection, other_end: Connection, recording: Recording) ->
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the session, which then closes the recording
     gc.disable()  # nothing here makes cycles of objects, and looking for them would cost a tenth
     other_end.close()
-    reported, together = False, _PuttingTogether()
+    reported, together = False, _Unpacker()
     with contextlib.suppress(EOFError):
         while (data := pipe.recv_bytes()) != _OVER:
             for received in together.batch(data):
@@ -120,7 +120,7 @@ def _write_all(pipe: Connection, other_end: Connection, recording: Recording) ->
     recording.close()
 
 
-class _TakingApart:
+class _Packer:
     """Turns messages into numbers and texts. What makes them crosses once, when it is new, and then by its number.
 
     It does so when they come: they have just been made, and a processor still has them at hand.
@@ -180,7 +180,7 @@ def _nothing(_: Message) -> tuple[Any, ...]:
     return ()
 
 
-class _PuttingTogether:
+class _Unpacker:
     """The inverse of `_TakingApart`."""
 
     def __init__(self) -> None:
