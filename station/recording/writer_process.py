@@ -181,7 +181,7 @@ def _nothing(_: Message) -> tuple[Any, ...]:
 
 
 class _Unpacker:
-    """The inverse of `_TakingApart`."""
+    """The inverse of `_Packer`."""
 
     def __init__(self) -> None:
         self._makers: list[Callable[[Any], Message]] = []
