@@ -97,7 +97,7 @@ def examined(
     found = staged(evidence)
     rig_offsets = RigOffsets.of(found.model.model)
     # A table has no paths to read slips from.
-    if evidence.rides is not None and not rig_offsets.is_near(evidence.rig_offsets):
+    if evidence.slide_tracks is not None and not rig_offsets.is_near(evidence.rig_offsets):
         progress("reading the slips again by the clocks and the pivot that were found")
         evidence, _ = _evidence(recorded, chosen, progress, rig_offsets)
         found = staged(evidence)

@@ -147,7 +147,7 @@ class _Rows:
             facts=self._facts,
             total_runs=len(self._picked),
             paths=None,
-            rides=None,
+            slide_tracks=None,
             held_out=None,
         )
 

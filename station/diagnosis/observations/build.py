@@ -19,11 +19,11 @@ from station.diagnosis.observations.onset_rows import onset_channel
 from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.observations.paths import Paths
 from station.diagnosis.observations.plate import PlateMotion
-from station.diagnosis.observations.ridden import rides
 from station.diagnosis.observations.rig_offsets import UNKNOWN_OFFSETS, RigOffsets
 from station.diagnosis.observations.sensor_rows import sensor_channel
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.slide_rows import slide_channels
+from station.diagnosis.observations.slide_tracks import slide_tracks
 from station.diagnosis.observations.slips import Reread, reread
 from station.diagnosis.observations.tips import tips_of
 from station.diagnosis.observations.tracks import RunTrack, run_tracks
@@ -78,7 +78,7 @@ def evidence_of(signals: Signals, setting: Setting, rig_offsets: RigOffsets = UN
         left_out=left_out(recorded, channels),
         paths=_paths(recorded.reread, onsets),
         rig_offsets=recorded.rig_offsets,
-        rides=rides(recorded) if len(recorded.free_windows) else None,
+        slide_tracks=slide_tracks(recorded) if len(recorded.free_windows) else None,
     )
 
 

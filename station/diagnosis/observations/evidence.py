@@ -18,7 +18,7 @@ from station.physics.contact import Array, Bools, Contact
 if TYPE_CHECKING:
     from station.diagnosis.likelihood.noise import Noise
     from station.diagnosis.observations.paths import Paths
-    from station.diagnosis.observations.ridden import Rides
+    from station.diagnosis.observations.slide_tracks import SlideTracks
 
 
 Index = NDArray[np.int64]
@@ -29,12 +29,11 @@ class Evidence:
     """The evidence; `run_number` (r,) are the recording's own numbers, and rows refer to runs by their index in it.
 
     `tips` has the runs in which the block toppled: no channel has those. `paths` are the blocks' breakaways, if slides
-    are not plain, whose slips were read with `rig_offsets`; `rides` are the slides frame by frame, for a simulator.
-    Runs that are `held_out` (r,) are predicted and not fitted; None: there are none. `floor` is the least noise of rows
-    and runs. `group` (r,) numbers the groups of runs that share a draw of friction, as those of one specimen; None:
-    each run is on its own. `stretch` (r,) numbers the stretches of one speed in continuous records; None: there are too
-    few to know how they scatter. `left_out` counts the runs without a row of friction by the reason, a verb whose
-    subject they are.
+    are not plain, whose slips were read with `rig_offsets`; `slide_tracks` are the slides frame by frame. Runs that are
+    `held_out` (r,) are predicted and not fitted; None: there are none. `floor` is the least noise of rows and runs.
+    `group` (r,) numbers the groups of runs that share a draw of friction, as those of one specimen; None: each run is
+    on its own. `stretch` (r,) numbers the stretches of one speed in continuous records; None: there are too few to know
+    how they scatter. `left_out` counts the runs without a row of friction by the reason, a verb whose subject they are.
     """
 
     channels: tuple[Channel, ...]
@@ -45,7 +44,7 @@ class Evidence:
     tips: Tips = NO_TIPS
     paths: Paths | None = None
     rig_offsets: RigOffsets = UNKNOWN_OFFSETS
-    rides: Rides | None = None
+    slide_tracks: SlideTracks | None = None
     held_out: Bools | None = None
     floor: Noise | None = None
     group: Index | None = None

@@ -19,7 +19,7 @@ import numpy as np
 
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.plate import Times
-from station.diagnosis.observations.ridden import Ride
+from station.diagnosis.observations.slide_tracks import SlideTrack
 from station.diagnosis.observations.windows import FRAMES
 from station.physics.contact import Array, Bools
 from station.physics.model import Model
@@ -46,32 +46,34 @@ def slide_errors(evidence: Evidence, model: Model, runs: Bools, *, run_effects: 
     """The errors (r,) of the chosen runs' slides; nan for the others.
 
     Args:
-        evidence: must have `rides`; without them every error is nan.
+        evidence: must have `slide_tracks`; without them every error is nan.
         model: friction and effects.
         runs: (r,) True for the runs that are wanted.
         run_effects: (r,) expected log of each run's own friction over the model's; nan where nothing is expected.
     """
     found = SlideErrors(*np.full((2, evidence.runs), np.nan))
-    rides = evidence.rides
-    chosen = () if rides is None else rides.of_runs(runs & np.isfinite(run_effects))
+    slide_tracks = evidence.slide_tracks
+    chosen = () if slide_tracks is None else slide_tracks.of_runs(runs & np.isfinite(run_effects))
     if not chosen:
         return found
-    seen = [_unbent(ride, model) for ride in chosen]
-    own = np.exp(run_effects[[ride.run for ride in chosen]])
-    for ride, pose, again in zip(chosen, seen, _simulated(evidence, chosen, seen, model, own=own), strict=True):
+    seen = [_unbent(slide, model) for slide in chosen]
+    own = np.exp(run_effects[[slide.run for slide in chosen]])
+    for slide, pose, again in zip(chosen, seen, _simulated(evidence, chosen, seen, model, own=own), strict=True):
         square = np.square((again[: len(pose) - BEGIN] - pose[BEGIN:])[FRAMES - BEGIN :]).mean(axis=0)
-        found.path_m[ride.run], found.turn_rad[ride.run] = np.sqrt([square[0] + square[1], square[2]])
+        found.path_m[slide.run], found.turn_rad[slide.run] = np.sqrt([square[0] + square[1], square[2]])
     return found
 
 
-def _unbent(ride: Ride, model: Model) -> Array:
+def _unbent(slide: SlideTrack, model: Model) -> Array:
     """The poses (k, 3) without the shift that the model's camera effects add to their places."""
-    pose = ride.pose.copy()
-    pose[:, :2] -= model.seen(ride.view).mean(axis=1)
+    pose = slide.pose.copy()
+    pose[:, :2] -= model.seen(slide.view).mean(axis=1)
     return pose
 
 
-def _simulated(evidence: Evidence, chosen: Sequence[Ride], seen: Sequence[Array], model: Model, *, own: Array) -> Array:
+def _simulated(
+    evidence: Evidence, chosen: Sequence[SlideTrack], seen: Sequence[Array], model: Model, *, own: Array
+) -> Array:
     """The poses (n, k, 3) of the simulated slides at their frames from BEGIN on; `own` (n,) are factors on friction."""
     # Poses are stamped late by the camera's delay, so the attitude is read that much earlier.
     delay_ns = round(model.delay_s() * 1e9)
@@ -79,25 +81,26 @@ def _simulated(evidence: Evidence, chosen: Sequence[Ride], seen: Sequence[Array]
     return simulate(
         _commands(evidence, chosen, seen, delay_ns),
         punctual,
-        time_s=_padded([_seconds(ride.time_ns[BEGIN:]) for ride in chosen]),
+        time_s=_padded([_seconds(slide.time_ns[BEGIN:]) for slide in chosen]),
         chances=Chances(friction=own, shake=np.zeros(len(own))),
     ).path
 
 
-def _commands(evidence: Evidence, chosen: Sequence[Ride], seen: Sequence[Array], delay_ns: int) -> Commands:
-    facts, run, rides = evidence.facts, np.array([ride.run for ride in chosen]), evidence.rides
-    assert rides is not None
-    knots = [_knots(ride.time_ns[BEGIN:]) for ride in chosen]
-    begun = [_begun(ride.time_ns, pose) for ride, pose in zip(chosen, seen, strict=True)]
+def _commands(evidence: Evidence, chosen: Sequence[SlideTrack], seen: Sequence[Array], delay_ns: int) -> Commands:
+    facts, slide_tracks = evidence.facts, evidence.slide_tracks
+    run = np.array([slide.run for slide in chosen])
+    assert slide_tracks is not None
+    knots = [_knots(slide.time_ns[BEGIN:]) for slide in chosen]
+    begun = [_begun(slide.time_ns, pose) for slide, pose in zip(chosen, seen, strict=True)]
     return tracks(
         [_seconds(own) for own in knots],
-        [rides.gravity_at(own - delay_ns) for own in knots],
-        turns=[rides.turns_at(own[:-1] - delay_ns) for own in knots],
-        border_m=rides.opening_radius_m,
+        [slide_tracks.gravity_at(own - delay_ns) for own in knots],
+        turns=[slide_tracks.turns_at(own[:-1] - delay_ns) for own in knots],
+        border_m=slide_tracks.opening_radius_m,
         start=np.array([start for start, _ in begun]),
         velocity=np.array([velocity for _, velocity in begun]),
-        rest_s=np.array([ride.rest_s for ride in chosen]),
-        slid_s=np.array([max(int(ride.time_ns[BEGIN]) - ride.slip_ns, 0) * NANO for ride in chosen]),
+        rest_s=np.array([slide.rest_s for slide in chosen]),
+        slid_s=np.array([max(int(slide.time_ns[BEGIN]) - slide.slip_ns, 0) * NANO for slide in chosen]),
         run=facts.number[run],
         mass_kg=facts.mass_kg[run],
         area_m2=facts.area_m2[run],

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Ride:
+class SlideTrack:
     """One slide: the run's index in the evidence, its frames (k,), poses (k, 3) as seen, and the camera's view of them.
 
     The first FRAMES frames are the first window, from which a simulation takes its start; there are more than these.
@@ -36,39 +36,39 @@ class Ride:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Rides:
+class SlideTracks:
     """All slides; `gravity_at` gives gravity's direction (n, 3) in P at times (n,), ns, as the arm reports it.
 
     `turns_at` gives the tilt's sign of change (n,) at such times, the tilt (n,), rad, at which that changed, and the
     swings before (n, 3), rad.
     """
 
-    rides: tuple[Ride, ...]
+    tracks: tuple[SlideTrack, ...]
     gravity_at: Callable[[Times], Array]
     turns_at: Callable[[Times], tuple[Array, Array, Array]]
     opening_radius_m: float
 
-    def of_runs(self, runs: Bools) -> tuple[Ride, ...]:
+    def of_runs(self, runs: Bools) -> tuple[SlideTrack, ...]:
         """The slides of the masked runs (r,)."""
-        return tuple(ride for ride in self.rides if runs[ride.run])
+        return tuple(track for track in self.tracks if runs[track.run])
 
 
-def rides(recorded: Recorded) -> Rides:
+def slide_tracks(recorded: Recorded) -> SlideTracks:
     """The slides that have windows, each from its first one's beginning to its last one's end, or to the foam."""
     windows = recorded.free_windows
     runs, first = np.unique(windows["run"], return_index=True)
     last = np.append(first[1:], len(windows)) - 1
     ends = zip(runs.tolist(), windows["from_ns"][first].tolist(), windows["to_ns"][last].tolist(), strict=True)
-    found = (_ride(recorded, *one) for one in ends)
-    return Rides(
-        rides=tuple(ride for ride in found if ride is not None),
+    found = (_slide_track(recorded, *one) for one in ends)
+    return SlideTracks(
+        tracks=tuple(slide_track for slide_track in found if slide_track is not None),
         gravity_at=recorded.plate.gravity_at,
         turns_at=recorded.plate.turns_at,
         opening_radius_m=recorded.setting.opening_radius_m,
     )
 
 
-def _ride(recorded: Recorded, run: int, from_ns: int, to_ns: int) -> Ride | None:
+def _slide_track(recorded: Recorded, run: int, from_ns: int, to_ns: int) -> SlideTrack | None:
     track = recorded.tracks[run]
     part = track.frames(from_ns, to_ns + 1)
     touching = np.flatnonzero(recorded.setting.free_m(track.pose[part]) < thresholds.FREE_M)
@@ -76,7 +76,7 @@ def _ride(recorded: Recorded, run: int, from_ns: int, to_ns: int) -> Ride | None
     if part.stop - part.start <= FRAMES:
         return None
     time_ns, pose = track.time_ns[part].copy(), track.pose[part].copy()  # the rest of the session may go
-    return Ride(
+    return SlideTrack(
         run=run,
         time_ns=time_ns,
         pose=pose,
