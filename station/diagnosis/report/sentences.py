@@ -107,8 +107,8 @@ def claimed_effects(diagnosis: Diagnosis, *sides: Side) -> tuple[EffectFound, ..
 
 def acts(effect: EffectFound) -> str:
     """Tells in which phases an effect acts, and how strongly; empty where no phase shows a tenth of the spread."""
-    told = [_acts(one) for one in effect.acting if one.most[1] >= LEAST_ACTING]
-    return f"{', '.join(effect.class_ids)} acts in: {'; '.join(told)}" if told else ""
+    phases = [_acts(one) for one in effect.acting if one.most[1] >= LEAST_ACTING]
+    return f"{', '.join(effect.class_ids)} acts in: {'; '.join(phases)}" if phases else ""
 
 
 def _acts(one: Acting) -> str:

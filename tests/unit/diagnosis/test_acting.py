@@ -73,7 +73,7 @@ def test_shaking_acts_by_the_scatter_of_the_onsets() -> None:
 
 
 def test_the_sentence_leaves_out_phases_in_which_nothing_shows() -> None:
-    told = EffectFound(
+    film = EffectFound(
         id="viscous",
         title="drag",
         class_ids=("viscous",),
@@ -85,5 +85,5 @@ def test_the_sentence_leaves_out_phases_in_which_nothing_shows() -> None:
             Acting(phase="slide", runs=(1, 2, 7), sizes=(0.5, 3.11, 1.0)),
         ),
     )
-    assert acts(told) == "viscous acts in: slide (1 times the spread between equal runs, 3.1 in run 2)"
-    assert acts(replace(told, acting=told.acting[:1])) == ""
+    assert acts(film) == "viscous acts in: slide (1 times the spread between equal runs, 3.1 in run 2)"
+    assert acts(replace(film, acting=film.acting[:1])) == ""
