@@ -134,7 +134,7 @@ class Combination:
 
 @dataclass(frozen=True, kw_only=True)
 class Acting:
-    """By how much an effect acts in one phase of each run, in units of the spread between equal runs.
+    """The size of an effect in one phase of each run, in units of the spread between equal runs.
 
     `sizes` are the sizes in the runs with the numbers `runs`; a run that does not show the phase is in neither.
     """

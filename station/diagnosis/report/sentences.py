@@ -9,7 +9,7 @@ from station.diagnosis import thresholds
 from station.diagnosis.result import Acting, Diagnosis, EffectFound, Side, rounded
 
 LEAST_ACTING = 0.1
-"""Where an effect acts by less of the spread between equal runs, it widens that by half a per cent: it is not told."""
+"""An effect that acts by less of the spread between equal runs widens that by half a per cent: it is not printed."""
 
 
 def sentence(diagnosis: Diagnosis) -> str:

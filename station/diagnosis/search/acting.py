@@ -1,4 +1,4 @@
-"""Where a found effect acts: by how much the model without it would expect something else, in each phase of each run.
+"""Finds the phases and runs in which an effect acts: there a model without it would expect something else.
 
 Some effects leave no residual structure: a shaking arm scatters onsets, a rolling shutter bends marks by their own
 motion, and the foam pushes a few blocks at their ends. The model that has them knows all the same where they act.

@@ -82,7 +82,7 @@ class Commands:
 
     @property
     def rest_from_s(self) -> Array:
-        """When each block came to rest (n,), s, before the first knot or before the slide that it is in there."""
+        """The time (n,), s, at which each block came to rest: before the first knot, or before its slide there."""
         return self.time_s[:, 0] - self.slid_s - self.rest_s
 
     @property

@@ -19,7 +19,7 @@ from tests.unit.diagnosis.test_held_out import plain_fit
 
 
 def found(name: str, **values: float) -> tuple[Evidence, dict[str, Acting]]:
-    """Where an effect of this size acts, beside the plain model of a session."""
+    """The phases in which an effect of this size acts, beside the plain model of a session."""
     evidence, plain = plain_fit()
     effect = catalogue()[name]
     fitted: Fit = replace(plain, model=plain.model.with_term(Term(effect, {**effect.neutral(), **values})))
@@ -38,7 +38,7 @@ def test_a_drag_acts_in_slides_alone() -> None:
 
 
 def test_a_fall_of_sliding_friction_is_the_same_in_all_runs() -> None:
-    """By the drop over the friction's scatter and the windows' noise together, which is the larger one here."""
+    """It is the drop over the friction's scatter and the windows' noise together."""
     _, phases = found("kinetic_drop", drop=0.1)
     assert phases["onset"].most[1] < 1e-6
     assert sizes(phases["slide"]).min() > 0.3 * sizes(phases["slide"]).max() > 0

@@ -30,7 +30,7 @@ def path(simulate: Any, *, x_m: float, speed_m_s: float, slid_s: float) -> Array
 
 @pytest.mark.parametrize("simulate", [in_plane, in_mujoco])
 def test_a_slide_that_begins_amid_goes_on_as_the_whole(simulate: Any) -> None:
-    """As if it began to slide there, the push would come once more: it is 4 mm off after 0.12 s."""
+    """The push must not come once more: a block that begins to slide there is 4 mm off after 0.12 s."""
     whole = path(simulate, x_m=0.0, speed_m_s=0.01, slid_s=0.0)
     cut = int(np.searchsorted(STAMPS, CUT_S))
     fit = np.polynomial.polynomial.polyfit(STAMPS[cut - 5 : cut + 6] - STAMPS[cut], whole[cut - 5 : cut + 6], 3)
