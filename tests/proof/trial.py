@@ -11,7 +11,7 @@ from typing import Any
 
 from station.app.diagnosing import diagnose_file
 from station.app.work import write_json
-from station.diagnosis.result import as_json
+from station.diagnosis.result_json import as_json
 from tests.proof.families import recording_of
 
 SEED = 1

@@ -18,7 +18,8 @@ from station.app.simulations import Given, simulation_of
 from station.diagnosis.report.page import html_page
 from station.diagnosis.report.sentences import sentence
 from station.diagnosis.report.summary import summary
-from station.diagnosis.result import Diagnosis, as_json
+from station.diagnosis.result import Diagnosis
+from station.diagnosis.result_json import as_json
 from tests.recovery.given_sessions import NEAR, SETTING, recording, session
 from tests.unit.diagnosis.recorded import OPENING_RADIUS_M, golden
 from tests.unit.simulators.point_block import SCENE, point_block

@@ -22,7 +22,8 @@ from station.diagnosis.inference.columns import Scores
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.report.sentences import sentence
-from station.diagnosis.result import Diagnosis, as_json
+from station.diagnosis.result import Diagnosis
+from station.diagnosis.result_json import as_json
 from station.diagnosis.search.search import Stage, looked_at
 from station.physics.effect import Effect
 from station.physics.model import Term

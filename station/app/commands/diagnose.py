@@ -39,7 +39,8 @@ from station.diagnosis.diagnose import Examined
 from station.diagnosis.predict.folds import named, nested
 from station.diagnosis.report.page import html_page
 from station.diagnosis.report.summary import summary
-from station.diagnosis.result import Diagnosis, as_json
+from station.diagnosis.result import Diagnosis
+from station.diagnosis.result_json import as_json
 from station.pages.caption import command_line, made_by
 from station.pages.figure import kept_in
 from station.physics.catalogue import catalogue_of_table

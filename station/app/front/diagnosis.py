@@ -25,7 +25,8 @@ from station.diagnosis.report.page import html_page
 from station.diagnosis.report.sentences import sentence
 from station.diagnosis.report.summary import summary
 from station.diagnosis.report.where import where
-from station.diagnosis.result import Diagnosis, EffectFound, Verdict, as_json
+from station.diagnosis.result import Diagnosis, EffectFound, Verdict
+from station.diagnosis.result_json import as_json
 from station.pages.caption import command_line, made_by
 from station.pages.drawing import style
 

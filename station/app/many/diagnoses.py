@@ -11,7 +11,7 @@ from station.app.diagnosing import diagnose_file
 from station.app.many.each import Result
 from station.app.many.options import Command
 from station.app.many.shown import Shown
-from station.diagnosis.result import as_json
+from station.diagnosis.result_json import as_json
 
 
 def diagnosing(**asked: Any) -> Command:

@@ -20,7 +20,8 @@ from station.app.simulations import simulation_of
 from station.diagnosis.diagnose import Examined, examined
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.report.summary import summary
-from station.diagnosis.result import Diagnosis, as_json
+from station.diagnosis.result import Diagnosis
+from station.diagnosis.result_json import as_json
 from station.physics.catalogue import catalogue
 from station.physics.model import Model
 from station.signals.session import Signals

@@ -10,7 +10,8 @@ import pytest
 
 from station.diagnosis.diagnose import examined
 from station.diagnosis.next_experiment.recommended import recommended
-from station.diagnosis.result import Diagnosis, Located, Stretch, as_json
+from station.diagnosis.result import Diagnosis, Located, Stretch
+from station.diagnosis.result_json import as_json
 from station.physics.catalogue import catalogue
 from tests.unit.diagnosis.tables import grained, samples
 

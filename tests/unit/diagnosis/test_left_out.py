@@ -14,7 +14,8 @@ from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.report.headline import headline
 from station.diagnosis.report.summary import summary
-from station.diagnosis.result import Diagnosis, as_json
+from station.diagnosis.result import Diagnosis
+from station.diagnosis.result_json import as_json
 from station.signals.flags import NO_TILT
 from station.signals.session import Signals
 from tests.unit.diagnosis.recorded import OPENING_RADIUS_M, session

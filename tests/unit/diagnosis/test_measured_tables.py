@@ -25,7 +25,8 @@ from station.diagnosis.predict.folds import assigned
 from station.diagnosis.report.page import html_page
 from station.diagnosis.report.sentences import sentence
 from station.diagnosis.report.summary import summary
-from station.diagnosis.result import Diagnosis, as_json
+from station.diagnosis.result import Diagnosis
+from station.diagnosis.result_json import as_json
 from station.physics.catalogue import catalogue
 from station.physics.model import Model, Term
 from station.signals.measured import Measured
