@@ -1,8 +1,9 @@
 """`python -m tests.faults --times 3 --seed 1`: every row of the fault table on a rig of real processes.
 
 With root each process has a cable of its own (network namespaces); without it the rows that need one are left out,
-which is said. The table is printed as Markdown; `--json FILE` keeps every trial. Exit status 1 when something was
-lost that nobody tells of, a recording is not valid, or the plate rose while station or camera was away.
+which is said. The table is printed as Markdown; `--json FILE` keeps every trial, and `--kept FILE`, given again for
+each file, prints one table of the trials of several calls and runs nothing. Exit status 1 when something was lost that
+nobody tells of, a recording is not valid, or the plate rose while station or camera was away.
 """
 
 from __future__ import annotations
@@ -42,6 +43,8 @@ def main(words: Sequence[str] | None = None) -> int:
     if options.list:
         print("\n".join(row.name for row in rows))
         return 0
+    if options.kept:
+        return _of_kept(rows, options.kept)
     cables = network.possible()
     if not cables:
         left = [row.name for row in rows if row.network]
@@ -56,6 +59,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--times", type=int, default=3, help="trials of each row, each at another moment of a run")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--json", type=Path, metavar="FILE", help="keep every trial")
+    parser.add_argument("--kept", type=Path, action="append", metavar="FILE", help="tell of kept trials; repeatable")
     parser.add_argument("--list", action="store_true", help="only name the rows")
     return parser
 
@@ -74,10 +78,7 @@ def _run(options: argparse.Namespace, rows: Sequence[Row], cables: network.Netwo
                     lab.mount(DISK_MB, ext4=row.ext4)
                     laid = row.ext4
                 outcomes, failed = _trials(lab, row, options)
-                line = line_of(row.name, outcomes, failed, row)
-                if not number:
-                    print(_markdown(list(line), rule=True), flush=True)
-                print(_markdown([str(value) for value in line.values()]), flush=True)
+                _print_line(line_of(row.name, outcomes, failed, row), first=not number)
                 bad += is_bad(row, outcomes) or bool(failed)
                 kept += [asdict(outcome) for outcome in outcomes]
                 if options.json:
@@ -100,6 +101,22 @@ def _trials(lab: Lab, row: Row, options: argparse.Namespace) -> tuple[list[Outco
             lab.close()  # the next one begins with fresh processes
         lab.sweep()
     return outcomes, failed
+
+
+def _of_kept(rows: Sequence[Row], files: Sequence[Path]) -> int:
+    """Prints the table of the trials that earlier calls kept in these files, all together."""
+    kept = [Outcome(**one) for file in files for one in json.loads(file.read_text(encoding="utf-8"))]
+    of_rows = [(row, [one for one in kept if one.row == row.name]) for row in rows]
+    known = [(row, outcomes) for row, outcomes in of_rows if outcomes]
+    for number, (row, outcomes) in enumerate(known):
+        _print_line(line_of(row.name, outcomes, [], row), first=not number)
+    return int(any(is_bad(row, outcomes) for row, outcomes in known))
+
+
+def _print_line(line: dict[str, Any], *, first: bool) -> None:
+    if first:
+        print(_markdown(list(line), rule=True), flush=True)
+    print(_markdown([str(value) for value in line.values()]), flush=True)
 
 
 def is_bad(row: Row, outcomes: Sequence[Outcome]) -> bool:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import json
+from dataclasses import asdict, replace
 from math import nan
+from pathlib import Path
 
 import pytest
 
@@ -42,6 +44,17 @@ def test_a_line_says_how_many_did_not_recover() -> None:
     assert line["n"] == 2
     assert line["corners lost"] == "0 of 1800"
     assert line["failed"] == "trial 2: no"
+
+
+def test_trials_of_several_calls_make_one_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    name = next(row.name for row in all_rows())
+    words = ["--row", name]
+    for number, lost in enumerate((0, 3)):
+        file = tmp_path / f"{number}.json"
+        file.write_text(json.dumps([asdict(replace(GOOD, row=name, lost=lost, counted=lost))]), encoding="utf-8")
+        words += ["--kept", str(file)]
+    assert main(words) == 0
+    assert "| 2 | 3 of 1800 | 3 | 0 | 2/2 |" in capsys.readouterr().out
 
 
 @pytest.mark.system
