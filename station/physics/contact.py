@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import copy
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+from shared.vectors import columns
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -82,7 +83,11 @@ class Contact:
 
     def facing(self, way_rad: Array) -> Contact:
         """The same contacts with other directions of sliding `way_rad` (n,), rad in P."""
-        return _other(self, "way", way_rad=way_rad)
+        return _other(self, way_rad=way_rad)
+
+    def changed(self, **changed: Array) -> Contact:
+        """The same contacts with some fields `changed`: `dataclasses.replace` would forget all that was worked out."""
+        return _other(self, **changed)
 
     @cached_property
     def pressing_m_s2(self) -> Array:
@@ -110,7 +115,7 @@ class Contact:
 
         It is the same in the world's frame, as long as the arm tilts the plate without turning it about its normal.
         """
-        return np.column_stack([-self.down[:, 1], self.down[:, 0], np.zeros(len(self))])
+        return columns(-self.down[:, 1], self.down[:, 0], np.zeros(len(self)))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -148,7 +153,7 @@ class View:
 
     def of(self, point_m: Array) -> View:
         """The same view of a mark whose true corners are at `point_m` (n, 4, 2), m, in P."""
-        return _other(self, "centre_m", point_m=point_m)
+        return _other(self, point_m=point_m)
 
     @cached_property
     def centre_m(self) -> Array:
@@ -161,11 +166,23 @@ class View:
         return unit(self.down_rad)
 
 
-def _other(one: T, follows: str, **changed: Array) -> T:
-    """A copy with one field `changed`, without what `follows` from that; all else that was worked out stays known."""
-    other = copy.copy(one)
-    vars(other).pop(follows, None)
-    vars(other).update(changed)
+FOLLOWING = {
+    "tilt_rad": ("pressing_m_s2", "pulling_m_s2"),
+    "down_rad": ("down", "tilt_axis"),
+    "way_rad": ("way",),
+    "point_m": ("centre_m",),
+}
+"""What is worked out from a field."""
+
+
+def _other(one: T, **changed: Array) -> T:
+    """A copy with some fields `changed`, without what follows from them; all else that was worked out stays known."""
+    other: T = object.__new__(type(one))
+    known = vars(other)
+    known.update(vars(one), **changed)
+    for name in changed:
+        for following in FOLLOWING.get(name, ()):
+            known.pop(following, None)
     return other
 
 
@@ -176,4 +193,4 @@ def middle(point_m: Array) -> Array:
 
 def unit(angle_rad: Array) -> Array:
     """Unit vectors (n, 2) of the angles `angle_rad` (n,), rad."""
-    return np.column_stack([np.cos(angle_rad), np.sin(angle_rad)])
+    return columns(np.cos(angle_rad), np.sin(angle_rad))

@@ -14,6 +14,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
+from shared.vectors import columns
 from station.physics.contact import Array, Bools, Contact, unit
 from station.physics.covariates import READ
 from station.physics.effect import Effect, Family, Layer, Values
@@ -72,7 +73,7 @@ class Harmonics(Form):
         known = np.isfinite(values)
         angle = np.where(known, values, 0.0)
         waves = [WAVES[wave](k * angle) for wave, k in self.waves]
-        return np.where(known[:, None], np.column_stack(waves), 0.0)
+        return np.where(known[:, None], columns(*waves), 0.0)
 
 
 WAVES: dict[Wave, np.ufunc] = {"cos": np.cos, "sin": np.sin}
@@ -103,7 +104,7 @@ class Powers(Form):
         scaled = np.clip((known - self.middle) / self.spread, -FARTHEST, FARTHEST)
         # Products take a tenth of the time of powers above the second.
         powers = itertools.accumulate(itertools.repeat(scaled, self.degree), np.multiply)
-        return np.column_stack(list(powers))
+        return columns(*powers)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,7 +129,7 @@ class Swings(Form):
         """Cosine and sine (n, 2) for a covariate's `values` (n,) in its own unit; 0 where one is unknown."""
         known = np.isfinite(values)
         phase = 2 * np.pi * self.often * (np.where(known, values, self.low) - self.low) / self.width
-        return np.where(known[:, None], np.column_stack([np.cos(phase), np.sin(phase)]), 0.0)
+        return np.where(known[:, None], columns(np.cos(phase), np.sin(phase)), 0.0)
 
 
 @dataclass(frozen=True, eq=False)

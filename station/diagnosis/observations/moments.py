@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Generic, TypeVar
 
@@ -63,13 +63,16 @@ class Latest(Generic[T]):
 
     def __init__(self, make: Callable[[Model], T], hooks: Sequence[str]) -> None:
         self._make, self._hooks = make, hooks
+        self._of: Model | None = None
         self._last: tuple[Sequence[tuple[Term, ...]], T] | None = None
 
     def __call__(self, model: Model) -> T:
         """The cached result, or a new one if the model acts otherwise through the hooks."""
-        acting = [model.acting(hook) for hook in self._hooks]
-        if self._last is None or self._last[0] != acting:
-            self._last = (acting, self._make(model))
+        if self._last is None or self._of is not model:
+            acting = [model.acting(hook) for hook in self._hooks]
+            if self._last is None or self._last[0] != acting:
+                self._last = (acting, self._make(model))
+            self._of = model
         return self._last[1]
 
 
@@ -169,7 +172,7 @@ class Moments:
         other._steeper_rad = tilt_rad - reported
         other._rest_s = self._contact.rest_s if self._rest_s_at is None else self._rest_s_at(tilt_rad)
         steep = reported + other._steeper_rad
-        other._contact = replace(self._contact, tilt_rad=steep, rest_s=np.maximum(other._rest_s, LEAST_REST_S))
+        other._contact = self._contact.changed(tilt_rad=steep, rest_s=np.maximum(other._rest_s, LEAST_REST_S))
         other._plain = _load(other._contact, other._inertial)
         other._leaning = Latest(other._leans, LEANING)
         other._latest = Latest(other._loads, LOADING)
@@ -286,7 +289,7 @@ def _load(contact: Contact, inertial: Array) -> Load:
 def still(contact: Contact) -> Contact:
     """The contact on a plate that does not move."""
     none = np.zeros((len(contact), 3))
-    return replace(contact, rate_rad_s=none, acceleration_rad_s2=none)
+    return contact.changed(rate_rad_s=none, acceleration_rad_s2=none)
 
 
 def _turned(contact: Contact, turn: Array) -> Contact:
@@ -297,8 +300,7 @@ def _turned(contact: Contact, turn: Array) -> Contact:
     turn_x, turn_y, turn_z = turn.T
     new_x, new_y, new_z = x - turn_y * z + turn_z * y, y - turn_z * x + turn_x * z, z - turn_x * y + turn_y * x
     new_down = np.arctan2(new_y, new_x)
-    return replace(
-        contact,
+    return contact.changed(
         tilt_rad=np.arctan2(np.hypot(new_x, new_y), -new_z),
         down_rad=new_down,
         way_rad=np.where(contact.moving, contact.way_rad, new_down),

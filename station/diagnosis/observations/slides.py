@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from shared.vectors import columns
 from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import ACROSS, ALONG, Channel, Rows
 from station.diagnosis.observations.moments import Latest, Load, Moments
@@ -131,7 +132,7 @@ class _Slides(Channel):
 
     def _middle(self, toward: Array) -> Array:
         """The windows' mean unit vectors (n, 2) of directions (3 n, 2)."""
-        mean = np.column_stack([self._mean(toward[:, 0]), self._mean(toward[:, 1])])
+        mean = columns(self._mean(toward[:, 0]), self._mean(toward[:, 1]))
         return mean / np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-12)
 
     def _changed(self, model: Model, load: Load, toward: Array, middle: Array) -> Array:

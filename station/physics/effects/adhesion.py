@@ -9,6 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from shared.vectors import columns
 from station.physics.contact import Array, Contact
 from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
@@ -35,8 +36,8 @@ class Adhesion(Effect):
 
     def push(self, contact: Contact, values: Values) -> Array | None:
         """Gives the force per mass (n, 3), m/s², by the law of this module."""
-        pressed = -values["force_n"] / contact.mass_kg
-        return np.column_stack([np.zeros(len(contact)), np.zeros(len(contact)), pressed])
+        pressed, none = -values["force_n"] / contact.mass_kg, np.zeros(len(contact))
+        return columns(none, none, pressed)
 
     def why_untestable(self, contact: Contact) -> str | None:
         """Runs with one mass cannot show it: an extra normal force is then another mu."""

@@ -18,6 +18,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from shared.vectors import columns
 from station.physics.circle import cos_sin
 from station.physics.contact import Array, Contact
 from station.physics.effect import Effect, Family, Layer, Values
@@ -62,7 +63,7 @@ class BorderContact(Effect):
     def push(self, contact: Contact, values: Values) -> Array | None:
         """Gives the force per mass (n, 3), m/s², by the law of this module."""
         force, _ = _met(contact, values)
-        return np.column_stack([*force, np.zeros(len(contact))])
+        return columns(*force, np.zeros(len(contact)))
 
     def spin(self, contact: Contact, values: Values) -> Array | float:
         """Gives the angular acceleration (n,), rad/s², of sliding blocks by the law of this module."""
