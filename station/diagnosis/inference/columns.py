@@ -16,7 +16,7 @@ from station.diagnosis.inference.parameters import Free, free_numbers, identifia
 from station.diagnosis.inference.sparse import Index, Table, by_channel, side_by_side
 from station.diagnosis.likelihood.slopes import differences, near, residuals, slopes
 from station.diagnosis.likelihood.student import expected_information, pulls
-from station.diagnosis.likelihood.whitening import Whitening, stack
+from station.diagnosis.likelihood.whitening import PART_ROWS, Whitening, stack
 from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array, Bools
 from station.physics.effect import Effect
@@ -202,10 +202,14 @@ def scores_of(evidence: Evidence, fit: Fit, seen: Looked, extra: Table | None = 
     )
 
 
+_Part = tuple[Index, Array, Array]
+
+
 class _Columns:
     """The model's own slopes (rows, k) and the candidates' (rows, K), whitened some runs at a time.
 
-    In full they would be the largest arrays that a diagnosis needs.
+    In full they would be the largest arrays that a diagnosis needs; those of few rows are kept, as they are asked for
+    twice.
     """
 
     def __init__(self, evidence: Evidence, fit: Fit, candidates: Table) -> None:
@@ -220,8 +224,15 @@ class _Columns:
         self._slope, curvature = pulls(self._whitening(stack(evidence, at)), tail, self._whitening.limit)
         self._weight = np.sqrt(expected_information(curvature, tail, self._whitening.limit))[:, None]
 
-    def _parts(self) -> Iterator[tuple[Index, Array, Array]]:
+    def _parts(self) -> Iterable[_Part]:
         """Rows (m,) that count, the model's own columns (m, k) and the candidates' (m, K) there."""
+        return self._white() if len(self._counted) > PART_ROWS else self._kept
+
+    @cached_property
+    def _kept(self) -> Sequence[_Part]:
+        return tuple(self._white())
+
+    def _white(self) -> Iterator[_Part]:
         for rows, whiten in self._whitening.parts():
             counted = self._counted[rows]
             white = whiten(self._table.of(rows))[counted]

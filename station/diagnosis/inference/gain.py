@@ -62,7 +62,7 @@ def estimate(scored: Scores, columns: Sequence[int]) -> Array:
 def _scaled(scored: Scores, columns: Sequence[int]) -> tuple[NDArray[np.int64], Array, Array]:
     """The columns (k,), the square roots of their information, and that information (k, k) in units of these."""
     chosen = np.asarray(columns, dtype=np.int64)
-    information = scored.information[np.ix_(chosen, chosen)]
+    information = scored.information[chosen[:, None], chosen]
     size = _size(np.diag(information))
     return chosen, size, information / np.outer(size, size) + SINGULAR * np.eye(len(chosen))
 

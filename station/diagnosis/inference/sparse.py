@@ -7,7 +7,7 @@ has half of the rows. A session's columns in full would be what a diagnosis need
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,11 +26,10 @@ class Piece:
     columns: tuple[int, ...]
     values: Array
 
-    def of(self, rows: Index) -> tuple[NDArray[np.bool_], Array]:
-        """The mask (m,) of the `rows` (m,) that it has, and its values (fewer, columns) there."""
-        index = rows - self.first
-        inside = (index >= 0) & (index < len(self.values))
-        return inside, self.values[index[inside]]
+    @property
+    def span(self) -> tuple[int, int]:
+        """The first of its rows, and the first beyond them."""
+        return self.first, self.first + len(self.values)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +42,13 @@ class Table:
     def of(self, rows: Index) -> Array:
         """Returns some of the rows (m,) in full: (m, K)."""
         found = np.zeros((len(rows), self.shape[1]))
+        # Hundreds of pieces are of a few channels, whose rows are sought once.
+        inside = {
+            span: np.flatnonzero((rows >= span[0]) & (rows < span[1])) for span in {one.span for one in self.pieces}
+        }
         for piece in self.pieces:
-            inside, values = piece.of(rows)
-            found[np.ix_(inside, np.array(piece.columns))] = values
+            at = inside[piece.span]
+            found[at[:, None], np.array(piece.columns)] = piece.values[rows[at] - piece.first]
         return found
 
     def whole(self) -> Array:
@@ -69,7 +72,7 @@ def _renumbered(piece: Piece, number: Mapping[int, int]) -> Piece:
     known = [index for index, column in enumerate(piece.columns) if column in number]
     columns = tuple(number[piece.columns[index]] for index in known)
     same = len(known) == len(piece.columns)
-    return replace(piece, columns=columns, values=piece.values if same else piece.values[:, known])
+    return Piece(piece.first, columns, piece.values if same else piece.values[:, known])
 
 
 def by_channel(evidence: Evidence, parts: Mapping[str, Array], columns: int) -> Table:

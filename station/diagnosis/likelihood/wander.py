@@ -79,7 +79,7 @@ def _numbers(inner: Array, spread: float) -> tuple[float, float, float, float]:
     `inner` (4,) has logarithms of the first three; the reach is a logistic function within its bounds.
     """
     low, high = math.log(thresholds.SHORTEST_REACH_M), math.log(thresholds.LONGEST_REACH_M)
-    factor, own, sd = np.exp(np.clip(inner[:3], -12.0, 12.0)).tolist()
+    factor, own, sd = np.exp(np.minimum(np.maximum(inner[:3], -12.0), 12.0)).tolist()
     return factor, spread * own, spread * sd, math.exp(low + float(expit(inner[3])) * (high - low))
 
 

@@ -246,7 +246,5 @@ def _padded(rows: Sequence[Array]) -> Array:
 
 def _expected(run: Early, tried_s: Array) -> Array:
     """The relative range of friction that each moment (k,) stands for: almost none while the plate holds."""
-    risen = np.maximum.accumulate(run.tilt_rad)
-    rise = np.gradient(np.log(np.maximum(np.tan(risen), 1e-3)), run.grid_s)
-    trace = TRACE * max(float(rise.max()), 1e-6)
-    return (np.interp(tried_s, run.grid_s, rise) + trace) * float(tried_s[1] - tried_s[0])
+    trace = TRACE * max(float(run.rise.max()), 1e-6)
+    return (np.interp(tried_s, run.grid_s, run.rise) + trace) * float(tried_s[1] - tried_s[0])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -54,6 +55,12 @@ class Early:
             return self
         pull, press = self.swing.loads(arm_m)
         return replace(self, pull=pull, press=press, tilt_rad=self.swing.tilt_rad(self.swing.per_m @ arm_m))
+
+    @cached_property
+    def rise(self) -> Array:
+        """The relative rise (m,) per second of the friction that the tilt asks for, on the grid, while it grows."""
+        risen = np.maximum.accumulate(self.tilt_rad)
+        return np.gradient(np.log(np.maximum(np.tan(risen), 1e-3)), self.grid_s)
 
     def at(self, values: Array, time_s: float) -> float:
         """The interpolated value of grid values (m,) at a time."""
