@@ -54,32 +54,45 @@ Transform = tuple[str, str, Sequence[float], Sequence[float]]
 
 def string(text: str) -> bytes:
     """A `STRING`."""
-    return bytes(_LITTLE_ENDIAN + _string(bytearray(), text))
+    body = bytearray()
+    _add_string(body, text)
+    return bytes(_LITTLE_ENDIAN + body)
 
 
 def number(value: float, *, stamp_ns: int) -> bytes:
     """A `NUMBER`; its variance is 0, which ROS calls unknown."""
-    body = _aligned(_header(bytearray(), stamp_ns, frame=""), 8)
-    return bytes(_LITTLE_ENDIAN + body + struct.pack("<2d", value, 0.0))
+    body = bytearray()
+    _add_header(body, stamp_ns, frame="")
+    _align(body, 8)
+    return bytes(_LITTLE_ENDIAN + body + _TWO.pack(value, 0.0))
 
 
 def transforms(items: Sequence[Transform], *, stamp_ns: int) -> bytes:
     """A `TRANSFORMS`: all of one moment."""
-    body = bytearray(struct.pack("<I", len(items)))
+    body = bytearray(_LENGTH.pack(len(items)))
     for parent, child, xyz_m, (w, x, y, z) in items:
-        body = _string(_header(body, stamp_ns, frame=parent), child)
-        body = _aligned(body, 8) + struct.pack("<7d", *xyz_m, x, y, z, w)
+        _add_header(body, stamp_ns, frame=parent)
+        _add_string(body, child)
+        _align(body, 8)
+        body += _POSE.pack(*xyz_m, x, y, z, w)
     return bytes(_LITTLE_ENDIAN + body)
 
 
-def _header(body: bytearray, stamp_ns: int, *, frame: str) -> bytearray:
-    return _string(_aligned(body, 4) + struct.pack("<iI", *divmod(stamp_ns, 1_000_000_000)), frame)
+_STAMP, _LENGTH, _TWO, _POSE = (struct.Struct(form) for form in ("<iI", "<I", "<2d", "<7d"))
 
 
-def _string(body: bytearray, text: str) -> bytearray:
+def _add_header(body: bytearray, stamp_ns: int, *, frame: str) -> None:
+    _align(body, 4)
+    body += _STAMP.pack(*divmod(stamp_ns, 1_000_000_000))
+    _add_string(body, frame)
+
+
+def _add_string(body: bytearray, text: str) -> None:
     data = text.encode() + b"\0"
-    return _aligned(body, 4) + struct.pack("<I", len(data)) + data
+    _align(body, 4)
+    body += _LENGTH.pack(len(data))
+    body += data
 
 
-def _aligned(body: bytearray, size: int) -> bytearray:
-    return body + bytes(-len(body) % size)
+def _align(body: bytearray, size: int) -> None:
+    body += bytes(-len(body) % size)
