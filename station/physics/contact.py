@@ -172,7 +172,7 @@ FOLLOWING = {
     "way_rad": ("way",),
     "point_m": ("centre_m",),
 }
-"""What is worked out from a field."""
+"""The properties that are worked out from each field."""
 
 
 def _other(one: T, **changed: Array) -> T:
