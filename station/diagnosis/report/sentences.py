@@ -105,17 +105,19 @@ def claimed_effects(diagnosis: Diagnosis, *sides: Side) -> tuple[EffectFound, ..
     return tuple(effect for effect in claimed if not sides or effect.side in sides)
 
 
-def acts(effect: EffectFound) -> str:
-    """Tells in which phases an effect acts, and how strongly; empty where no phase shows a tenth of the spread."""
-    phases = [_acts(one) for one in effect.acting if one.most[1] >= LEAST_ACTING]
-    return f"{', '.join(effect.class_ids)} acts in: {'; '.join(phases)}" if phases else ""
+def acts(diagnosis: Diagnosis) -> list[str]:
+    """Sentences on the phases in which the claimed effects act, without those that show less than a tenth."""
+    found = [
+        (effect, [_acts(diagnosis, one) for one in effect.acting if one.most[1] >= LEAST_ACTING])
+        for effect in claimed_effects(diagnosis)
+    ]
+    return [f"{', '.join(effect.class_ids)} acts in: {'; '.join(phases)}" for effect, phases in found if phases]
 
 
-def _acts(one: Acting) -> str:
-    run, most = one.most
-    return (
-        f"{one.phase} ({rounded(one.median, 2)} times the spread between equal runs, {rounded(most, 2)} in run {run})"
-    )
+def _acts(diagnosis: Diagnosis, one: Acting) -> str:
+    number, most = one.most
+    spread = f"{rounded(one.median, 2)} times the spread between equal {diagnosis.counted}"
+    return f"{one.phase} ({spread}, {rounded(most, 2)} in {singular(diagnosis)} {number})"
 
 
 def set_differently(diagnosis: Diagnosis) -> list[str]:

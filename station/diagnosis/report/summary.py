@@ -14,7 +14,6 @@ from rich.text import Text
 from station.diagnosis.report.sentences import (
     acts,
     as_expected,
-    claimed_effects,
     in_order,
     left_out,
     next_lines,
@@ -45,7 +44,7 @@ def summary(diagnosis: Diagnosis) -> RenderableType:
     if diagnosis.given:
         parts += _numerics(diagnosis)
     where = [f"{place.summary} (p = {place.p:.2g})" for place in diagnosis.located[:MOST_PLACES]]
-    where += [told for effect in claimed_effects(diagnosis) if (told := acts(effect))]
+    where += acts(diagnosis)
     parts += [Text("Where:")] if where else []
     parts += [Text(f"  {told}") for told in where]
     parts.append(_fit(diagnosis))

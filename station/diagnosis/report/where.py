@@ -85,7 +85,7 @@ def _acting(diagnosis: Diagnosis) -> str:
     found = [(effect, one) for effect in claimed_effects(diagnosis) for one in effect.acting]
     rows = [[escape(", ".join(effect.class_ids)), *_acts(one)] for effect, one in found]
     head = ("effect", "phase", "median", "most", f"in {singular(diagnosis)}")
-    note = "By how far the model without the effect is off, in units of the spread between equal runs."
+    note = f"By how far the model without the effect is off, in units of the spread between equal {diagnosis.counted}."
     return pieces.table(head, rows, caption="Where the effects act", note=note) if rows else ""
 
 

@@ -10,7 +10,7 @@ import pytest
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.report.sentences import acts
-from station.diagnosis.result import Acting, EffectFound
+from station.diagnosis.result import Acting, Diagnosis, EffectFound
 from station.diagnosis.search.acting import acting
 from station.physics.catalogue import catalogue
 from station.physics.contact import Array
@@ -85,5 +85,8 @@ def test_the_sentence_leaves_out_phases_in_which_nothing_shows() -> None:
             Acting(phase="slide", runs=(1, 2, 7), sizes=(0.5, 3.11, 1.0)),
         ),
     )
-    assert acts(film) == "viscous acts in: slide (1 times the spread between equal runs, 3.1 in run 2)"
-    assert acts(replace(film, acting=film.acting[:1])) == ""
+    found = Diagnosis(recording="a", total_runs=7, used_runs=7, effects=(film,))
+    assert acts(found) == ["viscous acts in: slide (1 times the spread between equal runs, 3.1 in run 2)"]
+    assert "between equal rows, 3.1 in row 2" in acts(replace(found, counted="rows"))[0]
+    assert acts(replace(found, effects=(replace(film, acting=film.acting[:1]),))) == []
+    assert acts(replace(found, effects=(replace(film, verdict="not supported"),))) == []
