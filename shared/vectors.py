@@ -10,8 +10,8 @@ from shared.geometry import Array
 def columns(*parts: Array) -> Array:
     """The arrays (n,) as columns (n, k): what `np.column_stack` gives, in half of its time for a few hundred."""
     table = np.empty((len(parts[0]), len(parts)))
-    for place, part in enumerate(parts):
-        table[:, place] = part
+    for index, part in enumerate(parts):
+        table[:, index] = part
     return table
 
 

@@ -240,8 +240,8 @@ class SmoothPush(Push):
             return _hill_slopes(x, y)
         functions = (x, y) if self.direction == "linear" else (np.ones(len(contact)), x, y)
         found = np.zeros((len(contact), 3, 2 * len(functions)))
-        for place, function in enumerate(functions):
-            found[:, 0, 2 * place] = found[:, 1, 2 * place + 1] = function
+        for index, function in enumerate(functions):
+            found[:, 0, 2 * index] = found[:, 1, 2 * index + 1] = function
         return found
 
 

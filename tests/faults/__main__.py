@@ -80,7 +80,7 @@ def _run(options: argparse.Namespace, rows: Sequence[Row], cables: network.Netwo
                 outcomes, failed = _trials(lab, row, options)
                 _print_line(line_of(row.name, outcomes, failed, row), first=not number)
                 bad += is_bad(row, outcomes) or bool(failed)
-                kept += [asdict(outcome) for outcome in outcomes]
+                kept += [asdict(outcome) for outcome in outcomes] + [{"row": row.name, "failed": why} for why in failed]
                 if options.json:
                     options.json.write_text(json.dumps(kept, indent=1), encoding="utf-8")
         finally:
@@ -105,12 +105,18 @@ def _trials(lab: Lab, row: Row, options: argparse.Namespace) -> tuple[list[Outco
 
 def _of_kept(rows: Sequence[Row], files: Sequence[Path]) -> int:
     """Prints the table of the trials that earlier calls kept in these files, all together."""
-    kept = [Outcome(**one) for file in files for one in json.loads(file.read_text(encoding="utf-8"))]
-    of_rows = [(row, [one for one in kept if one.row == row.name]) for row in rows]
-    known = [(row, outcomes) for row, outcomes in of_rows if outcomes]
-    for number, (row, outcomes) in enumerate(known):
-        _print_line(line_of(row.name, outcomes, [], row), first=not number)
-    return int(any(is_bad(row, outcomes) for row, outcomes in known))
+    kept = [one for file in files for one in json.loads(file.read_text(encoding="utf-8"))]
+    if unknown := {one["row"] for one in kept} - {row.name for row in all_rows()}:
+        raise SystemExit(f"Expected trials of the table's rows, got some of {', '.join(sorted(unknown))}")
+    bad, first = False, True
+    for row in rows:
+        own = [one for one in kept if one["row"] == row.name]
+        failed = [one["failed"] for one in own if "failed" in one]
+        outcomes = [Outcome(**one) for one in own if "failed" not in one]
+        if own:
+            _print_line(line_of(row.name, outcomes, failed, row), first=first)
+            bad, first = bad or is_bad(row, outcomes) or bool(failed), False
+    return int(bad)
 
 
 def _print_line(line: dict[str, Any], *, first: bool) -> None:

@@ -48,13 +48,18 @@ def test_a_line_says_how_many_did_not_recover() -> None:
 
 def test_trials_of_several_calls_make_one_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     name = next(row.name for row in all_rows())
-    words = ["--row", name]
-    for number, lost in enumerate((0, 3)):
-        file = tmp_path / f"{number}.json"
+    files = [tmp_path / "monday.json", tmp_path / "friday.json"]
+    words = ["--row", name, *(word for file in files for word in ("--kept", str(file)))]
+    for file, lost in zip(files, (0, 3), strict=True):
         file.write_text(json.dumps([asdict(replace(GOOD, row=name, lost=lost, counted=lost))]), encoding="utf-8")
-        words += ["--kept", str(file)]
     assert main(words) == 0
     assert "| 2 | 3 of 1800 | 3 | 0 | 2/2 |" in capsys.readouterr().out
+    files[1].write_text(json.dumps([{"row": name, "failed": "trial 0: no camera"}]), encoding="utf-8")
+    assert main(words) == 1
+    assert "trial 0: no camera" in capsys.readouterr().out
+    files[1].write_text(json.dumps([asdict(replace(GOOD, row="no such row"))]), encoding="utf-8")
+    with pytest.raises(SystemExit, match="no such row"):
+        main(words)
 
 
 @pytest.mark.system

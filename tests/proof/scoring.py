@@ -127,11 +127,12 @@ class Scored:
         return after < before if math.isfinite(before) and math.isfinite(after) else None
 
     @property
-    def paths_rise(self) -> bool:
-        """True if the paths of unseen runs get worse by a right name, by more than two of their standard errors."""
+    def paths_better_without(self) -> bool | None:
+        """True if unseen paths get better by more than two standard errors once a right name is left out."""
         right = [one.get("held_out") for one in self.said.claimed if self.truth.right & set(one["class"])]
-        rises = (number(one["path_gain_mm"]) < -2.0 * number(one["path_gain_se_mm"]) for one in right if one)
-        return any(rises)
+        gains = [(number(one["path_gain_mm"]), number(one["path_gain_se_mm"])) for one in right if one]
+        known = [(gain, error) for gain, error in gains if math.isfinite(gain) and math.isfinite(error)]
+        return any(gain < -2.0 * error for gain, error in known) if known else None
 
     def aucs(self) -> list[float]:
         """Returns the area under the ROC curve of each concealed effect's place."""
@@ -139,7 +140,7 @@ class Scored:
         return [place_auc(self.said, effect, others=_without(effects, effect)) for effect in effects]
 
     def acting_aucs(self) -> list[float]:
-        """The same by what the tool says of each rightly named effect's own sizes."""
+        """The same by what the tool says of each effect's own sizes; one that is not named has 0.5."""
         return [acting_auc(self.said, effect) for effect in self.truth.effects]
 
     def pulls(self) -> tuple[list[Pull], dict[str, str]]:

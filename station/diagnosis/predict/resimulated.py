@@ -31,7 +31,7 @@ KNOT_NS = 10_000_000
 
 NANO = 1e-9
 BEGIN = FRAMES // 2
-"""The frame of a ride at which its simulation begins: the middle of its first window."""
+"""The frame of a slide track at which its simulation begins: the middle of its first window."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,12 +9,12 @@ import numpy as np
 from matplotlib.patches import Rectangle
 
 from station.diagnosis import thresholds
+from station.diagnosis.observations.channel import PHASES
 from station.diagnosis.observations.covariates import TITLES
 from station.diagnosis.report import scales
 from station.diagnosis.report.picture_data import Spot
 from station.pages.drawing import MARKED, new_figure
 
-_PHASES = ("camera at rest", "pre-slip", "onset", "slide", "stop")
 _COLUMNS = ("all", *TITLES)
 _DARK = 0.6
 _SCALED = 3
@@ -67,4 +67,4 @@ def _label(axes: Any, row: int, column: int, spot: Spot) -> None:
 
 
 def _order(phase: str) -> int:
-    return _PHASES.index(phase) if phase in _PHASES else len(_PHASES)
+    return PHASES.index(phase) if phase in PHASES else len(PHASES)

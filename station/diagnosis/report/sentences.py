@@ -111,7 +111,13 @@ def acts(diagnosis: Diagnosis) -> list[str]:
         (effect, [_acts(diagnosis, one) for one in effect.acting if one.most[1] >= LEAST_ACTING])
         for effect in claimed_effects(diagnosis)
     ]
-    return [f"{', '.join(effect.class_ids)} acts in: {'; '.join(phases)}" for effect, phases in found if phases]
+    return [f"{who_acts(diagnosis, effect)} acts in: {'; '.join(phases)}" for effect, phases in found if phases]
+
+
+def who_acts(diagnosis: Diagnosis, effect: EffectFound) -> str:
+    """The names of a class, and whose it is if a given simulation alone has it."""
+    names = ", ".join(effect.class_ids)
+    return f"{names} of the simulation" if diagnosis.given and effect.side == "simulation" else names
 
 
 def _acts(diagnosis: Diagnosis, one: Acting) -> str:

@@ -46,7 +46,7 @@ def summary(diagnosis: Diagnosis) -> RenderableType:
     where = [f"{place.summary} (p = {place.p:.2g})" for place in diagnosis.located[:MOST_PLACES]]
     where += acts(diagnosis)
     parts += [Text("Where:")] if where else []
-    parts += [Text(f"  {told}") for told in where]
+    parts += [Text(f"  {line}") for line in where]
     parts.append(_fit(diagnosis))
     if not diagnosis.given:
         parts += _numerics(diagnosis)

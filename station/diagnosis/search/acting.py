@@ -11,7 +11,7 @@ import numpy as np
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.likelihood.noise import Noise
 from station.diagnosis.likelihood.systematic import less
-from station.diagnosis.observations.channel import ONSET, PHASES, Channel
+from station.diagnosis.observations.channel import PHASES, Channel
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.result import Acting
@@ -31,13 +31,16 @@ def acting(evidence: Evidence, fitted: Fit, effect: Effect) -> tuple[Acting, ...
             square = change**2 + _scattered(channel, model, without)
             size = _of_runs(channel, np.sqrt(square) / _spread(channel, fitted.noise), evidence.runs)
             phases[channel.phase] = np.fmax(size, phases.get(channel.phase, size))
-    return tuple(_in_phase(evidence, phase, phases[phase]) for phase in PHASES if phase in phases)
+    found = (_in_phase(evidence, phase, phases[phase]) for phase in PHASES if phase in phases)
+    return tuple(one for one in found if one.runs)
 
 
 def _level(evidence: Evidence, model: Model, without: Model) -> float:
-    """The median change of ln friction at the onsets, which another mu has as well."""
-    onsets = evidence.channel(ONSET)
-    return 0.0 if onsets is None else float(np.median(onsets.residual(without) - onsets.residual(model)))
+    """The median change of ln friction at the onsets, or of sliding friction alone, which another mu has as well."""
+    channel = evidence.friction
+    change = np.zeros(1) if channel is None else channel.residual(without) - channel.residual(model)
+    known = change[np.isfinite(change)]
+    return float(np.median(known)) if len(known) else 0.0
 
 
 def _scattered(channel: Channel, model: Model, without: Model) -> Array | float:

@@ -146,7 +146,8 @@ class _Batch:
         slid = np.linalg.norm(runs.pose[:, :2] - runs.from_position, axis=1)
         self._note_onsets(runs, runs.moving & (slid > ONSET_M))
         stopped = runs.moving & (speed < STOPS_M_S) & (surplus > 0)
-        afresh = stopped & (slid > SLIP_M)
+        amid = runs.slid_from_s < self._commands.time_s[runs.row, 0]  # it has slid before it was laid down here
+        afresh = stopped & (amid | (slid > SLIP_M))
         ended = afresh & np.isnan(self._slip_end_s[runs.row]) & ~np.isnan(self._onset_s[runs.row])
         self._slip_end_s[runs.row[ended]] = runs.time_s[ended]
         runs.rest_from_s[afresh] = self._rest_from_s[runs.row[afresh]] = runs.time_s[afresh]

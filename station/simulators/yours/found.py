@@ -78,7 +78,7 @@ class Found:
         commands, world = self._commands, self._world
         x0, y0, yaw0 = commands.start[0].tolist()
         usual = {"x_m": x0, "y_m": y0, "yaw_rad": yaw0, "vx_m_s": 0.0, "vy_m_s": 0.0}
-        usual |= {"slid_from_s": state["t_s"], "rest_from_s": float(commands.time_s[0, 0] - commands.rest_s[0])}
+        usual |= {"slid_from_s": state["t_s"], "rest_from_s": float(commands.rest_from_s[0])}
         values = [np.atleast_1d(np.asarray(one, dtype=float)) for one in ({**usual, **state}[name] for name in _ORDER)]
         time_s, x, y, yaw, vx, vy, slid, rest_from_s = np.broadcast_arrays(*values)
         number = np.clip(np.searchsorted(commands.time_s[0], time_s, side="right") - 1, 0, world.plate.knots - 2)

@@ -16,7 +16,7 @@ class Run:
     """One run's commands, in SI units. P is the plate's frame: origin in its middle, z its normal, up when level.
 
     Attributes:
-        number: the run's place in the session, from 0.
+        number: the run's index in the session, from 0.
         seed: for whatever the function draws; always the same for the same run.
         t_s: (k,) s, some 10 ms apart, from 0 at the run's beginning to `end_s`.
         gravity_m_s2: (k, 3) gravity's acceleration in P at these times; (0, 0, −9.81) on a level plate.

@@ -7,15 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from station.diagnosis.inference.fit import Fit
+from station.diagnosis.inference.fit import Fit, fit
 from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.setting import Setting
+from station.diagnosis.observations.table import table_evidence
 from station.diagnosis.report.sentences import acts
 from station.diagnosis.result import Acting, Diagnosis, EffectFound
 from station.diagnosis.search.acting import acting
 from station.physics.catalogue import catalogue
 from station.physics.contact import Array
-from station.physics.model import Term
+from station.physics.model import Model, Term
 from tests.unit.diagnosis.test_held_out import plain_fit
+from tests.unit.diagnosis.test_measured_tables import RUNS, measured
 
 
 def found(name: str, **values: float) -> tuple[Evidence, dict[str, Acting]]:
@@ -64,6 +67,18 @@ def test_a_spot_in_which_blocks_begin_acts_on_those_that_leave_it() -> None:
     assert np.median(within) < 0.1
 
 
+def test_sliding_friction_alone_has_a_level_too() -> None:
+    """Nobody saw these blocks at rest: a factor on all of their friction is another mu all the same."""
+    friction = 0.3 * np.exp(np.random.default_rng(1).normal(0.0, 0.02, RUNS))
+    columns = {"friction_coefficient": friction, "normal_load_n": np.full(RUNS, 2.0)}
+    evidence = table_evidence(measured(columns | {"sliding_speed_m_s": np.full(RUNS, 0.01)}), Setting())
+    effect = catalogue()["load_dependence"]
+    model = Model(mu_s=0.3, terms=(Term(effect, {**effect.neutral(), "exponent": 0.3}),))
+    (slide,) = acting(evidence, fit(evidence, model, ()), effect)
+    assert slide.phase == "slide"
+    assert slide.most[1] < 1e-6
+
+
 def test_shaking_acts_by_the_scatter_of_the_onsets() -> None:
     """Its mean is hardly more than another mu: the size is the shaking's deviation over that of equal runs."""
     _, weak = found("arm_vibration", sd_m_s2=0.1, cos1=0.0, sin1=0.0, tone_hz=5.0)
@@ -90,3 +105,5 @@ def test_the_sentence_leaves_out_phases_in_which_nothing_shows() -> None:
     assert "between equal rows, 3.1 in row 2" in acts(replace(found, counted="rows"))[0]
     assert acts(replace(found, effects=(replace(film, acting=film.acting[:1]),))) == []
     assert acts(replace(found, effects=(replace(film, verdict="not supported"),))) == []
+    theirs = replace(found, given=True, effects=(replace(film, side="simulation"),))
+    assert acts(theirs)[0].startswith("viscous of the simulation acts in: slide")

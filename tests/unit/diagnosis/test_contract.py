@@ -17,6 +17,7 @@ from tests.unit.diagnosis.tables import grained, samples
 
 NUMBER = (int, float, type(None))
 QUALITY = {"log_score": NUMBER, "onset_rmse_deg": NUMBER, "path_rmse_mm": NUMBER, "coverage90": NUMBER}
+ACTING = [{"phase": str, "runs": [int], "sizes": [NUMBER]}]
 CONTRACT: dict[str, Any] = {
     "recording": str,
     "runs": {"total": int, "used": int, "held_out": int, "left_out": [{"reason": str, "count": int}]},
@@ -36,7 +37,9 @@ CONTRACT: dict[str, Any] = {
         }
     ],
     "verdict": str,
-    "effects": [{"id": str, "class": [str], "probability": NUMBER, "verdict": str, "parameters": dict}],
+    "effects": [
+        {"id": str, "class": [str], "probability": NUMBER, "verdict": str, "parameters": dict, "acting": ACTING}
+    ],
     "other_probability": NUMBER,
     "none_probability": NUMBER,
     "fit": {

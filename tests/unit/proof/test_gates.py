@@ -39,7 +39,7 @@ def test_a_loss_on_one_null_breaks_the_gate():
     assert gate([null(), null(claim("wear"), gain=-0.01)], "null_loss").met is False
 
 
-def test_paths_that_get_worse_by_a_right_name_are_told():
+def test_paths_that_are_better_without_a_right_name_are_counted():
     def led(gain_mm: float) -> Scored:
         own = {"held_out": {"path_gain_mm": gain_mm, "path_gain_se_mm": 0.01}}
         fit: dict[str, Any] = {
