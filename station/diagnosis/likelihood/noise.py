@@ -21,7 +21,7 @@ from scipy.stats import norm
 from station.diagnosis import thresholds
 from station.diagnosis.likelihood.robust import clipped
 from station.diagnosis.likelihood.wander import Wander, wanders
-from station.diagnosis.observations.channel import ALONG, ONSET
+from station.diagnosis.observations.channel import ALONG, ONSET, Channel
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.plate import Times
 from station.physics.contact import Array, Bools
@@ -51,6 +51,11 @@ class Noise:
         """Relative standard deviation of a run's static friction; of its friction while sliding if it has no onset."""
         name = ONSET if ONSET in self.own else ALONG
         return math.hypot(self.friction, self.own.get(name, 0.0), self.group.get(name, 0.0))
+
+    def of_reading(self, channel: Channel) -> Array:
+        """The variance (n,) of the rows' own errors: of their reading, and of what else may shift them."""
+        rows = channel.rows
+        return (self.factor[channel.name] * rows.sigma) ** 2 + rows.astray**2
 
     def at_most(self, other: Noise) -> Noise:
         """The smaller of both standard deviations and factors, one by one; the tails and the wander stay."""

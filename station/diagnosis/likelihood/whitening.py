@@ -39,9 +39,7 @@ class Whitening:
         self.tail: Array = np.array([noise.tail[channel.name] for channel in evidence.channels])[self.channel]
         variance = np.concatenate(
             [
-                (noise.factor[channel.name] * channel.rows.sigma) ** 2
-                + channel.rows.astray**2
-                + (noise.own[channel.name] ** 2 if _is_of_rows(evidence, channel) else 0.0)
+                noise.of_reading(channel) + (noise.own[channel.name] ** 2 if _is_of_rows(evidence, channel) else 0.0)
                 for channel in evidence.channels
             ]
         )

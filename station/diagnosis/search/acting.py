@@ -6,6 +6,8 @@ motion, and the foam pushes a few blocks at their ends. The model that has them 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from station.diagnosis.inference.fit import Fit
@@ -23,22 +25,23 @@ from station.physics.model import Model
 def acting(evidence: Evidence, fitted: Fit, effect: Effect) -> tuple[Acting, ...]:
     """The phases in which an effect of a fitted model acts, in the order of a run, with its size in each run."""
     model, without = fitted.model, less(fitted.model, effect.id)
-    level = _level(evidence, model, without)
+    channels = [channel for channel in evidence.channels if channel.changed_by(effect)]
+    changes = {channel.name: channel.residual(without) - channel.residual(model) for channel in channels}
+    level = _level(evidence, changes)
     phases: dict[str, Array] = {}
-    for channel in evidence.channels:
-        if channel.changed_by(effect):
-            change = channel.residual(without) - channel.residual(model) - (level if channel.shares_friction else 0.0)
-            square = change**2 + _scattered(channel, model, without)
-            size = _of_runs(channel, np.sqrt(square) / _spread(channel, fitted.noise), evidence.runs)
-            phases[channel.phase] = np.fmax(size, phases.get(channel.phase, size))
+    for channel in channels:
+        change = changes[channel.name] - (level if channel.shares_friction else 0.0)
+        square = change**2 + _scattered(channel, model, without)
+        size = _of_runs(channel, np.sqrt(square) / _spread(channel, fitted.noise), evidence.runs)
+        phases[channel.phase] = np.fmax(size, phases.get(channel.phase, size))
     found = (_in_phase(evidence, phase, phases[phase]) for phase in PHASES if phase in phases)
     return tuple(one for one in found if one.runs)
 
 
-def _level(evidence: Evidence, model: Model, without: Model) -> float:
+def _level(evidence: Evidence, changes: Mapping[str, Array]) -> float:
     """The median change of ln friction at the onsets, or of sliding friction alone, which another mu has as well."""
-    channel = evidence.friction
-    change = np.zeros(1) if channel is None else channel.residual(without) - channel.residual(model)
+    friction = evidence.friction
+    change = changes.get(friction.name, np.zeros(1)) if friction else np.zeros(1)
     known = change[np.isfinite(change)]
     return float(np.median(known)) if len(known) else 0.0
 
@@ -52,10 +55,9 @@ def _scattered(channel: Channel, model: Model, without: Model) -> Array | float:
 
 def _spread(channel: Channel, noise: Noise) -> Array:
     """The standard deviation (n,) of a row between equal runs: its reading's, its run's, and that of the path."""
-    rows, wander = channel.rows, noise.wander.get(channel.name)
-    square = (noise.factor[channel.name] * rows.sigma) ** 2 + rows.astray**2 + noise.own[channel.name] ** 2
+    wander = noise.wander.get(channel.name)
+    square = noise.of_reading(channel) + noise.own[channel.name] ** 2 + noise.group.get(channel.name, 0.0) ** 2
     square += noise.friction**2 if channel.shares_friction else 0.0
-    square += noise.group.get(channel.name, 0.0) ** 2
     return np.sqrt(square + (wander.sd**2 if wander else 0.0))
 
 
