@@ -20,12 +20,12 @@ from pi_agent.cameras import CameraContext
 from pi_agent.options import add_board, add_rig, rig_of
 from pi_agent.page.eye import Eye
 from pi_agent.page.server import EyeServer
-from pi_agent.run_command import stop_on_signals
 from shared.clock import SystemClock
 from shared.errors import UserError
 from shared.page.access import token_of
 from shared.rig import RigConfig
 from shared.system.desktop import has_display
+from shared.system.signals import until_stopped
 from shared.zenoh_bus import ZenohBus
 
 EXAMPLE = "pi-agent serve --rig rig.toml"
@@ -55,8 +55,9 @@ def run(options: argparse.Namespace) -> int:
     folder = (options.folder or options.rig.parent).resolve()
     if not folder.is_dir():
         raise UserError(f"Expected a folder for the calibration, got {options.folder}")
-    token, stop = token_of(options.token_file), stop_on_signals()
+    token = token_of(options.token_file)
     with ExitStack() as stack:
+        stop = stack.enter_context(until_stopped())
         bus = stack.enter_context(_bus(rig, clock))
         context = CameraContext(rig=rig, bus=bus, clock=clock, folder=options.rig.parent)
 

@@ -4,26 +4,14 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from types import FrameType
 
 from shared.bus import Bus
 from shared.clock import Clock
-from shared.system.processes import ENDING
-
-
-@contextmanager
-def until_stopped() -> Generator[threading.Event]:
-    """An event that Ctrl-C sets, and what else asks a process to end (shared/system/processes.py)."""
-    stopped = threading.Event()
-
-    def handler(_number: int, _frame: FrameType | None) -> None:
-        stopped.set()
-
-    with _handling(handler):
-        yield stopped
+from shared.system.signals import handling
 
 
 @dataclass(slots=True)
@@ -47,20 +35,8 @@ def stop_by_signal() -> Generator[StopRequest]:
     def handler(number: int, _frame: FrameType | None) -> None:
         stop.ask("stopped by the user" if number == signal.SIGINT else "stopped by a signal")
 
-    with _handling(handler):
+    with handling(handler):
         yield stop
-
-
-@contextmanager
-def _handling(handler: Callable[[int, FrameType | None], None]) -> Generator[None]:
-    """Has a handler take the signals that ask for the end; only the main thread hears of them."""
-    heard = ENDING if threading.current_thread() is threading.main_thread() else ()
-    before = {number: signal.signal(number, handler) for number in heard}
-    try:
-        yield
-    finally:
-        for number, old in before.items():
-            signal.signal(number, old)
 
 
 def paced(clock: Clock, bus: Bus, *, rate_hz: float, stopped: threading.Event) -> Iterator[int]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import signal
 from collections.abc import Generator
 from dataclasses import dataclass, field
 from threading import Event
@@ -13,6 +12,7 @@ from shared.bus import Bus
 from shared.clock import Clock
 from shared.messages import ClockPing, ClockPong, Message
 from shared.system.processes import EMERGENCY, ENDING
+from shared.system.signals import handling
 from station.arm.agent import ArmAgent
 
 RATE_HZ = 125.0
@@ -34,12 +34,8 @@ def signals(requests: Requests) -> Generator[None]:
         del frame
         (requests.emergency if number in EMERGENCY else requests.ending).set()
 
-    before = {number: signal.signal(number, on_signal) for number in (*ENDING, *EMERGENCY)}
-    try:
+    with handling(on_signal, (*ENDING, *EMERGENCY)):
         yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def serve_clock(bus: Bus, clock: Clock) -> None:

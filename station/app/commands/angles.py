@@ -12,10 +12,10 @@ import sys
 
 from shared.bus_rights import OBSERVER
 from shared.clock import SystemClock
+from shared.system.signals import until_stopped
 from shared.zenoh_bus import ZenohBus
 from station.angles.instruments import Instruments
 from station.app import assembly
-from station.app.processes import until_stopped
 
 NAME = "angles"
 HELP = "read the angle sensors and publish them"

@@ -22,6 +22,7 @@ from shared.config import json_table, parse
 from shared.errors import UserError
 from shared.memory_bus import MemoryBus
 from shared.rig import RigConfig
+from shared.system.signals import until_stopped
 from shared.zenoh_bus import ZenohBus
 from station.angles.compare import COMMANDED, Comparison, compare
 from station.angles.conductor import Conductor
@@ -34,7 +35,6 @@ from station.angles.stops import is_needed, stops_of
 from station.angles.watch import WARNING, Note
 from station.app import assembly
 from station.app.claim import claim_arm, session_name
-from station.app.processes import until_stopped
 from station.arm.agent import arm_agent
 from station.pages.caption import command_line, made_by
 from station.recording.provenance import Provenance

@@ -10,9 +10,10 @@ from contextlib import ExitStack
 
 from shared.bus_rights import OBSERVER
 from shared.clock import SystemClock
+from shared.system.signals import until_stopped
 from shared.zenoh_bus import ZenohBus
 from station.app import assembly, recordings
-from station.app.processes import paced, until_stopped
+from station.app.processes import paced
 from station.recording.provenance import Provenance
 from station.recording.recorder import Recorder
 from station.recording.writer import Recording

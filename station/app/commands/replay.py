@@ -18,12 +18,13 @@ from shared.messages import BlockPose, TiltCommand
 from shared.programs import how_to_call
 from shared.rig import RigConfig, load_rig
 from shared.system import desktop
+from shared.system.signals import until_stopped
 from shared.zenoh_bus import ZenohBus
 from station.app import assembly
 from station.app.attached import attached_rig, attached_table
 from station.app.moving import write_moving
 from station.app.pictured import write_picture
-from station.app.processes import paced, until_stopped
+from station.app.processes import paced
 from station.recording.reader import RecordingReader, open_recording
 from station.sampling.plan import Plan
 from station.view import playback, viewer

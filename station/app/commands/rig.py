@@ -20,6 +20,7 @@ from shared.programs import how_to_call
 from shared.rig import RigConfig
 from shared.system.desktop import from_here, has_display
 from shared.system.processes import ENDING, ask_to_end, interrupt, start
+from shared.system.signals import handling
 from shared.zenoh_bus import ZenohBus
 from station.app import assembly, recordings
 from station.recording.writer import partial_path, refuse_existing
@@ -63,21 +64,19 @@ def run(options: argparse.Namespace) -> int:
     session: subprocess.Popen[bytes] | None = None
     view = _view(rig_path, wanted=not options.no_view)
     # Also where it was started in the background, which has Ctrl-C ignored, and for `kill`: nobody is left behind.
-    before = {number: signal.signal(number, _interrupted) for number in ENDING}
-    try:
-        await_helpers(rig, helpers)
-        words = ["--samples", str(options.samples), "--seed", str(options.seed), "--out", str(out)]
-        session = _start("station", "run", "--rig", rig_path, *words, *plan)
-        _watch(session, helpers)
-        return _ending(session, out)
-    except KeyboardInterrupt:
-        return 130
-    finally:
-        for number in ENDING:  # the second of two signals would leave somebody behind
-            signal.signal(number, signal.SIG_IGN)
-        _stop([process for process in (session, view, *helpers) if process is not None])
-        for number, handler in before.items():
-            signal.signal(number, handler)
+    with handling(_interrupted):
+        try:
+            await_helpers(rig, helpers)
+            words = ["--samples", str(options.samples), "--seed", str(options.seed), "--out", str(out)]
+            session = _start("station", "run", "--rig", rig_path, *words, *plan)
+            _watch(session, helpers)
+            return _ending(session, out)
+        except KeyboardInterrupt:
+            return 130
+        finally:
+            for number in ENDING:  # the second of two signals would leave somebody behind
+                signal.signal(number, signal.SIG_IGN)
+            _stop([process for process in (session, view, *helpers) if process is not None])
 
 
 def _interrupted(_number: int, _frame: FrameType | None) -> None:

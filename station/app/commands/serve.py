@@ -19,9 +19,9 @@ from shared.clock import SystemClock
 from shared.errors import UserError
 from shared.page.access import token_of
 from shared.system.desktop import has_display
+from shared.system.signals import until_stopped
 from shared.zenoh_bus import ZenohBus
 from station.app import assembly
-from station.app.processes import until_stopped
 from station.app.serve.backend import Backend
 from station.app.serve.server import PageServer
 from station.app.serve.sessions import Files

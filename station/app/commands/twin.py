@@ -7,9 +7,10 @@ import math
 
 from shared.clock import SystemClock
 from shared.errors import UserError
+from shared.system.signals import until_stopped
 from shared.zenoh_bus import ZenohBus
 from station.app import assembly
-from station.app.processes import paced, until_stopped
+from station.app.processes import paced
 from station.simulators.mujoco.twin import Twin
 
 NAME = "twin"

@@ -1,0 +1,41 @@
+"""Hears the signals that ask a process to end, for as long as a block runs and not longer.
+
+A handler that is left behind is inherited by every process that is forked later: one that only sets an event keeps a
+worker of a pool alive for ever, as its pool ends it by SIGTERM.
+"""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Callable, Generator, Iterable
+from contextlib import contextmanager
+from types import FrameType
+
+from shared.system.processes import ENDING
+
+Handler = Callable[[int, FrameType | None], None]
+
+
+@contextmanager
+def handling(handler: Handler, heard: Iterable[signal.Signals] = ENDING) -> Generator[None]:
+    """Has a handler take these signals within the block; outside the main thread, which alone hears them, none."""
+    mine = tuple(heard) if threading.current_thread() is threading.main_thread() else ()
+    before = {number: signal.signal(number, handler) for number in mine}
+    try:
+        yield
+    finally:
+        for number, old in before.items():
+            signal.signal(number, old)
+
+
+@contextmanager
+def until_stopped() -> Generator[threading.Event]:
+    """An event that Ctrl-C sets, and what else asks a process to end (shared/system/processes.py)."""
+    stopped = threading.Event()
+
+    def handler(_number: int, _frame: FrameType | None) -> None:
+        stopped.set()
+
+    with handling(handler):
+        yield stopped
