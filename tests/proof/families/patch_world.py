@@ -187,7 +187,11 @@ def _scatter_deg(world: Json) -> float:
 
 
 def _sizes(acted: Sequence[Json], scatter_deg: float) -> dict[tuple[str, int], float]:
-    """Returns how much an effect acted in each phase of each run; mu absorbs a change of all onsets alike."""
+    """Returns how much an effect acted in each phase of each run; mu absorbs a change of all onsets alike.
+
+    A shift of the picture that is there on the level plate is of the camera at rest; one that comes as the plate tilts,
+    as a bending mast's does, is of the time before the slip, like a block's creep and an angle's error.
+    """
     onsets = [one["onset_deg"] for one in acted if one["onset_deg"] is not None]
     level = float(np.median(onsets)) if onsets else 0.0
     found: dict[tuple[str, int], list[float]] = {}
@@ -196,8 +200,12 @@ def _sizes(acted: Sequence[Json], scatter_deg: float) -> dict[tuple[str, int], f
         onset = None if one["onset_deg"] is None else abs(one["onset_deg"] - level)
         found["onset", run] = _in_units((onset, scatter_deg))
         found["slide", run] = _in_units((one["slide_mm"], SLIDE_MM), (slide.get("yaw_deg"), TURN_DEG))
-        found["pre-slip", run] = _in_units((rest.get("path_mm"), REST_MM), (rest.get("level_deg"), ANGLE_DEG))
-        found["rest", run] = _in_units((rest.get("fiducial_mm"), MARK_MM))
+        found["pre-slip", run] = _in_units(
+            (rest.get("path_mm"), REST_MM),
+            (rest.get("level_deg"), ANGLE_DEG),
+            (rest.get("fiducial_moved_mm"), MARK_MM),
+        )
+        found["rest", run] = _in_units((rest.get("fiducial_begin_mm"), MARK_MM))
     return {cell: max(sizes) for cell, sizes in found.items() if sizes}
 
 

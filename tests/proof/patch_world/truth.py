@@ -38,7 +38,8 @@ def acted(
         did not slide), `slide_mm`, the change of the slide since its onset (root mean square over 0.3 s), and for the
         `phases` rest, slide and return from when to when (s since the session's begin), by how much at most the block's
         path and yaw since the phase began (mm, deg), the fiducial (mm), the reported tilt (deg), and what an
-        inclinometer has beside that (deg) differ.
+        inclinometer has beside that (deg) differ. Of the fiducial's difference, `fiducial_begin_mm` is there as the
+        phase begins, at rest on a level plate, and `fiducial_moved_mm` comes as the plate tilts.
     """
     return [_of_run(world, without, record, seed=seed, bench_of=bench_of) for record in records if record.states]
 
@@ -116,7 +117,10 @@ def _window(one: Seen, other: Seen, low: float, high: float) -> dict[str, Any]:
         turn = (one.yaw_deg - other.yaw_deg + 180) % 360 - 180
         found["path_mm"] = _number(_most(_moved(one.path_mm - other.path_mm, inside)), 5)
         found["yaw_deg"] = _number(_most(_moved(turn[:, None], inside)), 4)
-        found["fiducial_mm"] = _number(_most((one.mark_mm - other.mark_mm)[inside]), 5)
+        marks = one.mark_mm - other.mark_mm
+        found["fiducial_mm"] = _number(_most(marks[inside]), 5)
+        found["fiducial_begin_mm"] = _number(_most(marks[inside][:1]), 5)
+        found["fiducial_moved_mm"] = _number(_most(_moved(marks, inside)), 5)
         found["tilt_deg"] = _number(_most((one.tilt_deg - other.tilt_deg)[inside, None]), 5)
         found["level_deg"] = _number(_most((one.level_deg - other.level_deg)[inside]), 5)
     return found

@@ -27,7 +27,7 @@ def entry(*names: str, tier: str = "single", size: float = 2.0) -> dict[str, Any
 
 
 def run(number: int, *, onset: float | None, slide: float | None = 0.0, mark: float = 0.0) -> dict[str, Any]:
-    rest = {"from_s": 0.0, "to_s": 1.0, "path_mm": 0.0, "fiducial_mm": mark}
+    rest = {"from_s": 0.0, "to_s": 1.0, "path_mm": 0.0, "fiducial_begin_mm": mark}
     return {"run": number, "onset_deg": onset, "slide_mm": slide, "phases": {"rest": rest}}
 
 
@@ -62,6 +62,12 @@ def test_a_turn_and_what_the_inclinometer_contradicts_are_places_too():
     (effect,) = truth_of(entry("worn_corner"), {"worn_corner": [turned]}).effects
     assert (effect.acted["slide", 1], effect.acted["pre-slip", 1]) == (3.0, 2.0)
     assert ("rest", 1) not in effect.acted
+
+
+def test_a_picture_that_shifts_as_the_plate_tilts_is_no_place_of_the_level_plate():
+    shifted = {"rest": {"path_mm": 0.03, "fiducial_begin_mm": 0.0, "fiducial_moved_mm": 0.1}}
+    (effect,) = truth_of(entry("bending_mast"), {"bending_mast": [run(1, onset=0.0) | {"phases": shifted}]}).effects
+    assert (effect.acted["rest", 1], effect.acted["pre-slip", 1]) == (0.0, 2.0)
 
 
 def test_a_null_conceals_nothing():

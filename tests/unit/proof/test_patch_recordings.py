@@ -12,6 +12,7 @@ import pytest
 
 import tests.proof.patch_world
 from station.__main__ import main as station
+from tests.proof.families.patch_world import MARK_MM
 from tests.proof.patch_world import pilot
 from tests.proof.patch_world.__main__ import main
 from tests.proof.patch_world.cases import draw_ids
@@ -59,6 +60,15 @@ def test_the_truth_says_where_and_by_how_much(made: Path) -> None:
     assert [one["run"] for one in runs] == [1, 2]
     assert all(one["onset_deg"] for one in runs)
     assert all(set(one["phases"]) == {"rest", "slide", "return"} for one in runs)
+
+
+@pytest.mark.parametrize(("name", "begins", "moves"), [("bending_mast", False, True), ("barrel_lens", True, False)])
+def test_the_fiducial_tells_what_tilts_from_what_rests(tmp_path: Path, name: str, begins: bool, moves: bool) -> None:
+    assert main(order(tmp_path, "single", "--only", name)) == 0
+    runs = json.loads((tmp_path / "truth" / "001.json").read_text())["acted"][name]
+    rests = [one["phases"]["rest"] for one in runs]
+    assert all((rest["fiducial_begin_mm"] > MARK_MM) == begins for rest in rests)
+    assert all((rest["fiducial_moved_mm"] > MARK_MM) == moves for rest in rests)
 
 
 def test_a_call_that_broke_off_goes_on_with_the_same_bytes(made: Path, tmp_path: Path) -> None:
