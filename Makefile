@@ -29,7 +29,7 @@ test test-alone test-system: export OPENBLAS_NUM_THREADS := 1
 test test-alone test-system: export PYTHONDONTWRITEBYTECODE :=
 
 test: setup
-	@$(MAKE) --no-print-directory -j 2 style $(VENV)/.compiled
+	@$(MAKE) --no-print-directory -j 2 style $(VENV)/.compiled $(VENV)/.collected
 	@$(MAKE) --no-print-directory -j 3 types-told test-system-told test-alone
 
 # What numba compiles (20 s), once beside the style: the tests begin in several processes, and each would compile it.
@@ -38,6 +38,11 @@ $(VENV)/.compiled: station/compiled.py $(wildcard station/diagnosis/*/*.py tests
 	@$(BIN)/python -m tests.concealed --tier null --cases 1 --seed 1 --out $(VENV)/compiled >/dev/null
 	@$(BIN)/station diagnose $(VENV)/compiled/*/session.mcap --json >/dev/null
 	@rm -rf $(VENV)/compiled && touch $@
+
+# Six workers collect the tests, and each would rewrite the assertions of all modules (7 s): kept once, all read them.
+$(VENV)/.collected: | $(VENV)/.ready
+	@PYTHONDONTWRITEBYTECODE= $(BIN)/pytest --collect-only -q tests >/dev/null 2>&1 || true  # what fails, the tests tell
+	@touch $@
 
 test-alone: setup
 	@unset MAKEFLAGS MAKELEVEL; $(BIN)/python -m tests.aside $(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder \
