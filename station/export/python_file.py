@@ -80,7 +80,7 @@ def python_file(
     parts = (Model, Term, *(kind for term in model.terms for kind in _kinds(term)))
     carried = carry(*parts, *_OFFERED, bench)
     unsupported = unsupported_of_model(model, engine=engine, supported=supported, caveats=caveats)
-    about = [*how, "", *_HEAD, "", *_summary(model), *(f"NOT SAID: {text}" for text in unsupported)]
+    about = [*how, "", *_HEAD, "", *_summary(model), *(f"NOT EXPORTED: {text}" for text in unsupported)]
     lines = (commented(about), "", "from __future__ import annotations", "", *carried.imports, "")
     text = "\n".join((*lines, carried.text, "", *_tail(named, carried, bench=bench, scene=scene), ""))
     return ExportedFile(f"{named.stem}_{engine.lower()}.py", text, f"{named.stem} ({engine})", tuple(unsupported))

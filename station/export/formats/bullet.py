@@ -53,7 +53,7 @@ def _urdf(stem: str, pair: MeasuredPair, body: FixedIn, unsupported: Sequence[st
     about = [
         *measured_lines(pair),
         "Bullet reads the product of both bodies' lateral_friction, scaled along the axes by the loader.",
-        *(f"NOT SAID: {text}" for text in unsupported),
+        *(f"NOT EXPORTED: {text}" for text in unsupported),
     ]
     plate = body == "plate"
     size = (scene.plate_side_m, scene.plate_side_m, scene.plate_thickness_m) if plate else (scene.side_m,) * 3
@@ -80,7 +80,7 @@ def _urdf(stem: str, pair: MeasuredPair, body: FixedIn, unsupported: Sequence[st
 
 
 def _loader(stem: str, pair: MeasuredPair, unsupported: Sequence[str]) -> str:
-    about = [*measured_lines(pair), *(f"NOT SAID: {text}" for text in unsupported)]
+    about = [*measured_lines(pair), *(f"NOT EXPORTED: {text}" for text in unsupported)]
     ratio = number(pair.mu_2 / pair.mu_1)
     anisotropic = (
         ""

@@ -51,7 +51,7 @@ def _world(stem: str, pair: MeasuredPair, unsupported: Sequence[str]) -> str:
         *measured_lines(pair),
         "Call plant.set_discrete_contact_approximation(DiscreteContactApproximation.kSap) before Finalize: with the "
         "default (lagged) the object starts about a degree early.",
-        *(f"NOT SAID: {text}" for text in unsupported),
+        *(f"NOT EXPORTED: {text}" for text in unsupported),
     ]
     friction = _friction(each_material("harmonic", pair.mu))
     return sdf.world(

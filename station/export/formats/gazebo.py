@@ -49,7 +49,7 @@ def _world(stem: str, pair: MeasuredPair, unsupported: Sequence[str]) -> str:
     about = [
         *measured_lines(pair),
         "fdir1 is the direction of mu in the frame of its collision.",
-        *(f"NOT SAID: {text}" for text in unsupported),
+        *(f"NOT EXPORTED: {text}" for text in unsupported),
     ]
     cube = sdf.collision(
         "object",

@@ -63,7 +63,7 @@ def _model(stem: str, pair: MeasuredPair, unsupported: Sequence[str]) -> str:
     about = [
         *measured_lines(pair),
         "To use it elsewhere take the <option> and the <pair> with your geoms' names; geom friction is not read then.",
-        *(f"NOT SAID: {text}" for text in unsupported),
+        *(f"NOT EXPORTED: {text}" for text in unsupported),
     ]
     return f"""{xml_comment(about)}
 <mujoco model="{stem}">

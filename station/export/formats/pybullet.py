@@ -45,8 +45,8 @@ class Friction:
         """`client` is pybullet itself, or a BulletClient."""
         self.law, self._client, self._plate, self._block = law, client, plate, block
         self._step_s = float(client.getPhysicsEngineParameters()["fixedTimeStep"])
-        told = client.getDynamicsInfo(block, -1)
-        self._mass, self._inertia, self._time_s = float(told[0]), float(np.mean(told[2])), 0.0
+        dynamics = client.getDynamicsInfo(block, -1)
+        self._mass, self._inertia, self._time_s = float(dynamics[0]), float(np.mean(dynamics[2])), 0.0
         client.changeDynamics(plate, -1, lateralFriction=1.0)
 
     def before_step(self, gravity: Array) -> None:

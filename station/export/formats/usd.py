@@ -40,7 +40,7 @@ def _kinetic(pair: MeasuredPair) -> list[str]:
 
 def _stage(pair: MeasuredPair, unsupported: Sequence[str]) -> str:
     scene = scene_of(pair)
-    about = [*measured_lines(pair), *(f"NOT SAID: {text}" for text in unsupported)]
+    about = [*measured_lines(pair), *(f"NOT EXPORTED: {text}" for text in unsupported)]
     kinetic = pair.mu * (1.0 if math.isnan(pair.kinetic_ratio) else pair.kinetic_ratio)
     friction = (each_material("average", pair.mu), each_material("average", kinetic))
     wide, thick, side = scene.plate_side_m, scene.plate_thickness_m, scene.side_m
