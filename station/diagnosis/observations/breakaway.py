@@ -4,16 +4,16 @@ A block that is released when the pull passes mu_s per press slides with
 
     v' = pull − press mu_s (1 − D − F (1 − s(v / v_s))) − k v,
 
-so that its friction may drop at once (D), fall with the speed (F over v_s; s is an exponential or the Lorentzian, or
-there is a logarithm in its place, 1 − s = ln(1 + v / v_s)), and have a drag (k). A session's runs share everything but
-the moment of slip, which implies mu_s, and D, which is drawn anew for each run from a Gaussian, since what a contact
-gained at rest is lost. The unknown place, the creep with the tilt before the slip, and D's random effect are integrated
-out (they are linear), so that a run's frames leave a likelihood of the moment of slip alone.
+so that its friction may drop at once (D), fall with the speed (F over v_s; s is one of SHAPES), and have a drag (k). A
+session's runs share everything but the moment of slip, which implies mu_s, and D, which is drawn anew for each run from
+a Gaussian, since what a contact gained at rest is lost. The unknown place, the creep with the tilt before the slip, and
+D's random effect are integrated out (they are linear), so that a run's frames leave a likelihood of the moment of slip
+alone.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
@@ -40,7 +40,18 @@ OUTLIER = 20.0
 TRACE = 1e-3
 """A moment at which the plate holds has at least this share of the prior at the plate's fastest."""
 
-EXPONENTIAL, LORENTZIAN, LOGARITHM = 0, 1, 2
+Curve = Callable[[Array], Array]
+"""A function of the speeds (n,) over v_s."""
+
+EXPONENTIAL, LORENTZIAN, LOGARITHM, GAUSSIAN = 0, 1, 2, 3
+SHAPES: Mapping[int, tuple[Curve, Curve]] = {
+    EXPONENTIAL: (lambda u: -np.expm1(-u), lambda u: u * np.exp(-u)),
+    LORENTZIAN: (lambda u: 1.0 - 1.0 / (1.0 + u * u), lambda u: 2.0 * u * u / np.square(1.0 + u * u)),
+    LOGARITHM: (np.log1p, lambda u: u / (1.0 + u)),
+    GAUSSIAN: (lambda u: -np.expm1(-u * u), lambda u: 2.0 * u * u * np.exp(-u * u)),
+}
+"""The share 1 − s of the fall that is reached at u = v / v_s, and its slope by ln u (the laws of Stribeck's effect)."""
+
 ALONG = ("drop", "fall", "fall_speed_m_s", "drag_per_s")
 """The numbers of a law that change its tables; slopes are by D, F, ln v_s and k."""
 
@@ -63,7 +74,7 @@ class Law:
     def of_runs(self, runs: int) -> Laws:
         """The same law for each of `runs` runs."""
         return Laws(
-            held=cubics(1.0 - self.drop - self.fall * self._fallen())[None],
+            held=cubics(1.0 - self.drop - self.fall * self._curve(0))[None],
             slowing_m_s2=cubics(self.drag_per_s * SPEEDS_M_S)[None],
             of_run=np.zeros(runs, dtype=np.int64),
             spread=self.drop_spread,
@@ -73,26 +84,14 @@ class Law:
     def along(self, names: Sequence[str]) -> Along:
         """The slopes of its tables by these numbers, which are among ALONG."""
         nothing = np.zeros_like(SPEEDS_M_S)
-        held = {"drop": nothing - 1.0, "fall": -self._fallen(), "fall_speed_m_s": self.fall * self._rising()}
+        held = {"drop": nothing - 1.0, "fall": -self._curve(0), "fall_speed_m_s": self.fall * self._curve(1)}
         slowing = {"drag_per_s": SPEEDS_M_S}
         tables = np.array([[of.get(name, nothing) for name in names] for of in (held, slowing)])
         return Along(*cubics(tables)[:, :, None])
 
-    def _fallen(self) -> Array:
-        """The share (COUNT,) of the fall that is reached at each of SPEEDS_M_S, 1 - s."""
-        ratio = SPEEDS_M_S / self.fall_speed_m_s
-        if self.shape == LOGARITHM:
-            return np.log1p(ratio)
-        return -np.expm1(-ratio) if self.shape == EXPONENTIAL else 1.0 - 1.0 / (1.0 + ratio * ratio)
-
-    def _rising(self) -> Array:
-        """The slope (COUNT,) of that share by -ln v_s: by the chain rule, that by v / v_s, times v / v_s."""
-        ratio = SPEEDS_M_S / self.fall_speed_m_s
-        if self.shape == LOGARITHM:
-            slope = 1.0 / (1.0 + ratio)
-        else:
-            slope = np.exp(-ratio) if self.shape == EXPONENTIAL else 2.0 * ratio / np.square(1.0 + ratio * ratio)
-        return slope * ratio
+    def _curve(self, slope: int) -> Array:
+        """The share (COUNT,) of the fall that is reached at each of SPEEDS_M_S; with 1, its slope by -ln v_s."""
+        return SHAPES[self.shape][slope](SPEEDS_M_S / self.fall_speed_m_s)
 
 
 class Falling(Protocol):

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from station.diagnosis.observations.breakaway import ALONG, EXPONENTIAL, LOGARITHM, LORENTZIAN, Breakaways, Law
+from station.diagnosis.observations.breakaway import ALONG, LOGARITHM, SHAPES, Breakaways, Law
 from station.diagnosis.observations.breakaway_search import Effort, Sloped, climbed
 from station.physics.contact import Array
 
@@ -79,7 +79,7 @@ def session_law(paths: Breakaways, *, drag_per_s: float) -> Law:
     sudden = _led(few, far, (*SUDDEN, CREEP))
     none = replace(sudden.law, drop=0.0, fall_speed_m_s=0.02)
     plain = _led(few, none, COMMON, SOFTENED[2:])
-    gentle = [_gentle(few, none, sudden.law.drop, shape) for shape in (EXPONENTIAL, LORENTZIAN, LOGARITHM)]
+    gentle = [_gentle(few, none, sudden.law.drop, shape) for shape in SHAPES]
     found = [plain, replace(sudden, free=SUDDEN), *gentle]
     if _worth(sudden) > _worth(plain):
         found.append(

@@ -115,4 +115,4 @@ def test_a_command_that_is_asked_again_keeps_nothing(capsys: pytest.CaptureFixtu
     kept = gc.get_freeze_count()
     assert command.main(words) == command.main(words)
     assert capsys.readouterr().out
-    assert gc.get_freeze_count() <= kept  # what other tests' threads let go of is no longer among the frozen
+    assert gc.get_freeze_count() <= kept  # other tests may let go of some

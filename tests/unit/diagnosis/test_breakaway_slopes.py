@@ -8,7 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from station.diagnosis.observations.breakaway import ALONG, EXPONENTIAL, LOGARITHM, LORENTZIAN, Breakaways, Law
+from station.diagnosis.observations.breakaway import (
+    ALONG,
+    EXPONENTIAL,
+    GAUSSIAN,
+    LOGARITHM,
+    LORENTZIAN,
+    Breakaways,
+    Law,
+)
 from tests.unit.diagnosis.test_slips import looked_at, one_run
 
 NUMBERS = (*ALONG, "drop_spread", "creep_m")
@@ -19,13 +27,19 @@ SLIDES = {
     EXPONENTIAL: Law(drop=0.02, fall=0.03, drop_spread=0.01, creep_m=1e-4, drag_per_s=2.0),
     LORENTZIAN: Law(fall=0.05, drop_spread=0.003, creep_m=1e-5, drag_per_s=3.0, shape=LORENTZIAN),
     LOGARITHM: Law(drop=0.01, fall=-0.02, fall_speed_m_s=0.005, drop_spread=0.01, creep_m=1e-4, shape=LOGARITHM),
+    GAUSSIAN: Law(drop=0.01, fall=0.05, drop_spread=0.01, creep_m=1e-4, drag_per_s=2.0, shape=GAUSSIAN),
 }
 
 
 def _share(law: Law, speed: float) -> float:
     """Returns the share of the static friction that is left at a speed."""
     ratio = speed / law.fall_speed_m_s
-    fallen = {EXPONENTIAL: -math.expm1(-ratio), LORENTZIAN: 1 - 1 / (1 + ratio**2), LOGARITHM: math.log1p(ratio)}
+    fallen = {
+        EXPONENTIAL: -math.expm1(-ratio),
+        LORENTZIAN: 1 - 1 / (1 + ratio**2),
+        LOGARITHM: math.log1p(ratio),
+        GAUSSIAN: 1 - math.exp(-(ratio**2)),
+    }
     return 1.0 - law.drop - law.fall * fallen[law.shape]
 
 
@@ -34,7 +48,7 @@ def _moved(law: Law, name: str, by: float) -> Law:
     return replace(law, **{name: value * math.exp(by) if name in BY_LOG else value + by})
 
 
-@pytest.mark.parametrize("planted", SLIDES.values(), ids=["exponential", "lorentzian", "logarithm"])
+@pytest.mark.parametrize("planted", SLIDES.values(), ids=["exponential", "lorentzian", "logarithm", "gaussian"])
 def test_the_slopes_are_central_differences(planted: Law) -> None:
     """The law lies beside the likeliest one, where no slope vanishes."""
     rng = np.random.default_rng(5)

@@ -142,6 +142,20 @@ def test_stribeck_goes_from_static_to_kinetic() -> None:
     assert fast == pytest.approx(said("kinetic_drop", "friction", state, drop=0.3)[0])
 
 
+def test_the_tail_of_a_fall_leads_from_the_gaussian_to_the_lorentzian() -> None:
+    """The two have exponent 2; an exponential has no other tail."""
+    ratio = np.array([0.3, 1.0, 2.0, 4.0])
+    state = contacts(4, moving=True, speed_m_s=0.01 * ratio)
+    for exponent, tail, left in (
+        (2.0, 0.0, np.exp(-(ratio**2))),
+        (2.0, 1.0, 1 / (1 + ratio**2)),
+        (1.0, 0.0, np.exp(-ratio)),
+        (1.0, 1.0, np.exp(-ratio)),
+    ):
+        found = said("stribeck", "friction", state, drop=0.3, speed_m_s=0.01, exponent=exponent, tail=tail)
+        np.testing.assert_allclose(found, 1.0 - 0.3 * (1.0 - left), rtol=1e-5)
+
+
 def test_rate_begins_at_the_static_friction_and_grows_by_e_folds() -> None:
     """ln(1 + v / v0): nothing at rest, ln 2 at the cut-off, a for each e-fold far above it."""
     cut_off = 0.1 * 10.0**-2.5
