@@ -62,6 +62,7 @@ class SafetyGate:
         self._lease = Lease(timeout_s=settings.heartbeat_timeout_s)
         self._armed = False
         self._stopped = ""
+        self._acknowledged = False
         self._stamp_ns = -1
         self._fresh_ns = 0
         self._off_since_ns: int | None = None
@@ -81,9 +82,11 @@ class SafetyGate:
         self._see(now_ns)
         if not self._lease.heartbeat(message, now_ns=self._now_ns):
             return
-        if not message.armed:
-            self._stopped = ""  # disarming acknowledges a stop
         self._armed = message.armed
+        if not message.armed:
+            self._acknowledged = True
+        elif self._acknowledged:
+            self._stopped = ""  # a plate that was stopped stands still until somebody asks for motion again
 
     def claim(self, request: LeaseRequest, *, now_ns: int) -> str:
         """Gives the arm to a session, or returns in one sentence why not; only heartbeats arm it."""
@@ -106,7 +109,7 @@ class SafetyGate:
     def stop(self, reason: str, *, now_ns: int) -> None:
         """Puts an emergency stop in force, until the station disarms and arms again."""
         self._see(now_ns)
-        self._stopped = reason or "emergency stop"
+        self._stopped, self._acknowledged = reason or "emergency stop", False
 
     # --- what is allowed ----------------------------------------------------------------------------------------------
 

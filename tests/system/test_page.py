@@ -92,6 +92,7 @@ def test_a_session_on_the_page(rig: Rig, tmp_path: Path) -> None:
             page.wait("document.getElementById('health').innerText.includes('emergency stop on the page')")
             page.click("#stop")
             page.wait("document.getElementById('state').innerText.includes('ended with')")
+            assert moved_rad(rig, LEVELS_AFTER_S) < 1e-3, "a stopped plate went to level as its session ended"
             page.wait("document.querySelector('#files tr[data-name$=mcap]')")
         page.wait("document.getElementById('link').className === 'lost'")
         (recorded,) = (rig.folder / "recordings").glob("*.mcap")
@@ -137,6 +138,8 @@ def test_the_session_is_seen_in_rerun_as_it_runs(rig: Rig, tmp_path: Path) -> No
     assert not [error for error in while_drawing if "127.0.0.1" in error and "proxy" in error.lower()], while_drawing
 
 
+LEVELS_AFTER_S = 8.0
+"""An arm that hears no station levels after 6 s (`heartbeat_timeout_s` and `level_after_s`), if no stop is in force."""
 NEVER_DONE = 10_000
 """Samples that a test does not live to see: without a graphics card the viewer takes minutes on a busy machine."""
 MOVING = 0.01

@@ -148,6 +148,26 @@ def test_a_stop_stays_until_the_station_disarms_and_arms(stage: TiltStage, good:
     assert gate.check(good, now_ns=START_NS + 3, reading=reading(stage)) == ""
 
 
+def test_a_stopped_arm_does_not_level_when_its_session_ends(stage: TiltStage, good: JointTrajectory) -> None:
+    """Disarming alone lifted the stop; six seconds later the plate, with whatever was caught in it, went to level."""
+    gate = armed_gate(stage)
+    gate.stop("button", now_ns=START_NS)
+    gate.heartbeat(Heartbeat(START_NS + 1, armed=False), now_ns=START_NS + 1)
+    for after_s in (0.5, 1.5, 7.0, 3600.0):
+        now_ns = START_NS + round(after_s * 1e9)
+        assert gate.watch(now_ns=now_ns, reading=reading(stage), commanded=None).action is Action.HALT
+        assert "stopped (button)" in gate.check(good, now_ns=now_ns, reading=reading(stage), own_order=True)
+
+
+def test_a_stop_after_an_acknowledged_one_must_be_acknowledged_anew(stage: TiltStage, good: JointTrajectory) -> None:
+    gate = armed_gate(stage)
+    gate.stop("button", now_ns=START_NS)
+    gate.heartbeat(Heartbeat(START_NS + 1, armed=False), now_ns=START_NS + 1)
+    gate.stop("button again", now_ns=START_NS + 2)
+    gate.heartbeat(Heartbeat(START_NS + 3, armed=True), now_ns=START_NS + 3)
+    assert "button again" in gate.check(good, now_ns=START_NS + 3, reading=reading(stage))
+
+
 def test_a_lost_heartbeat_holds_then_levels(stage: TiltStage) -> None:
     gate = armed_gate(stage)
     seen = [

@@ -59,7 +59,7 @@ def test_heartbeats_of_a_second_session_neither_keep_disarm_nor_acknowledge(owne
 
 
 @pytest.mark.parametrize("resting", [True, False])
-def test_a_stop_is_published_until_it_is_acknowledged(owned: FakeRig, resting: bool) -> None:
+def test_a_stop_is_published_and_holds_the_plate_until_the_arm_is_armed_again(owned: FakeRig, resting: bool) -> None:
     if not resting:
         owned.command(10, owner="mine")
         owned.advance(0.5, owner="mine")
@@ -69,8 +69,13 @@ def test_a_stop_is_published_until_it_is_acknowledged(owned: FakeRig, resting: b
     count = len(owned.of(ArmLease))
     owned.advance(3.0, owner="mine")
     assert len(owned.of(ArmLease)) >= count + 2, "whoever comes later must hear of it"
+    stopped_at = tilt_deg(owned)
     owned.advance(0.1, armed=False, owner="mine")
-    assert owned.of(ArmLease)[-1] == ArmLease(ANY, "", "")
+    owned.advance(20.0, heartbeat=False)
+    assert owned.of(ArmLease)[-1] == ArmLease(ANY, "", "by hand")
+    assert tilt_deg(owned) == pytest.approx(stopped_at, abs=1e-6)
+    owned.advance(0.1, owner="mine")
+    assert owned.of(ArmLease)[-1] == ArmLease(ANY, "mine", "")
 
 
 def test_who_takes_over_stops_the_motion_and_is_obeyed_alone(owned: FakeRig) -> None:

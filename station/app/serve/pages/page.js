@@ -218,7 +218,7 @@ byId("controls").addEventListener("submit", (event) => {
 byId("pause").addEventListener("click", () => act("session", { action: state && state.paused ? "resume" : "pause" }));
 byId("stop").addEventListener("click", () => act("session", { action: "stop" }));
 byId("emergency").addEventListener("click", async () => {
-  if (await act("arm-stop")) say("The arm is stopped where it is. End the session with Stop before you start another one.");
+  if (await act("arm-stop")) say("The arm is stopped where it is, until another session begins. End this one with Stop.");
 });
 byId("view-live").addEventListener("click", () => act("view", { recording: "" }));
 byId("job-end").addEventListener("click", () => act("job-end"));
