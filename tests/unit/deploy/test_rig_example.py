@@ -15,10 +15,12 @@ from shared.config import Table, parse
 from shared.rig import RigConfig, load_rig
 from station.angles.settings import SourceSettings
 from station.angles.sources.kinematics import KinematicsOptions
+from station.app import assembly
 from station.app.plugins import PluginSettings
 from station.arm.drivers.ros1 import Ros1Options
 from station.physics.catalogue import PhysicsSettings, catalogue, catalogue_of_table
 from station.rig.arm_settings import ArmSettings
+from station.sampling.plan import Plan
 from station.simulators.mujoco.own_settings import MujocoSettings
 
 EXAMPLE = Path(__file__).parents[3] / "deploy/rig.example.toml"
@@ -84,3 +86,13 @@ def test_the_example_is_read_by_all_its_readers():
 @pytest.mark.parametrize("line", [line for line in TEXT.splitlines() if re.match(r"[a-z_]+ = ", line)])
 def test_each_key_has_a_comment(line: str):
     assert re.search(r"#\s+\S+", line)
+
+
+def test_the_example_can_make_the_plan_of_a_session_that_names_none():
+    """Its third command, `station run --rig rig.toml`, was refused: the arm reached 60.6 of 67.5 degrees."""
+    assembly.require_reachable(load_rig(EXAMPLE), Plan())
+
+
+def test_the_examples_mark_fits_on_its_block_with_its_rim():
+    rig = load_rig(EXAMPLE)
+    assert rig.mark.side_mm * (1 + 2 * rig.mark.margin) <= 1e3 * min(rig.block.size_m[:2]) + 0.01
