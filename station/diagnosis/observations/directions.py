@@ -26,7 +26,9 @@ FAR = 0.98
 KEPT = float(chi2.cdf(chi2.ppf(FAR, 1), 3) + chi2.ppf(FAR, 1) * (1.0 - FAR))
 """The share of a Gaussian's variance that is left when its squares are clipped at their quantile FAR."""
 
-LEAST_RAD = 1e-3
+LEAST_RAD = 1e-5
+"""A guard of a division. Whole paths tell directions to .1 to .5 mrad: by a floor of 1 mrad, a block that is carried
+aside by its turning had a constant way along its slide, and a one-way friction stood beside its uneven contact."""
 ROUNDS = 3
 """The shared part is as uncertain as the slides' own deviations let it be, and these are what it leaves."""
 

@@ -54,3 +54,15 @@ def test_what_similar_slides_share_is_none_of_their_own() -> None:
     assert np.std(found.common_rad) == pytest.approx(0.03 / math.sqrt(2.0), rel=0.2)
     own = 0.02**2 / math.hypot(0.02, SIGMA)  # the spread that can be expected of it, given so noisy a measurement
     assert 0.6 * own < np.std(found.off_rad - found.common_rad) < 1.1 * own
+
+
+def test_a_direction_that_is_known_well_is_taken_as_it_is() -> None:
+    """Slides turn by a milliradian from beginning to end, which their paths tell to a third of that."""
+    rng = np.random.default_rng(20261133)
+    down = np.repeat(rng.uniform(0.0, 2.0 * math.pi, RUNS), WINDOWS)
+    turns = np.outer(rng.normal(0.0, 1e-3, RUNS), np.linspace(-1.0, 1.0, WINDOWS)).ravel()
+    true = np.repeat(turns[:, None], 3, axis=1)
+    measured = true + np.repeat(rng.normal(0.0, 3e-4, RUNS)[RUN][:, None], 3, axis=1)
+    angles = np.repeat(down[:, None], 3, axis=1)
+    found = expected_directions(measured, np.full(len(RUN), 3e-4), (angles, angles, angles), RUN)
+    assert (true * found.off_rad).sum() / (true**2).sum() > 0.75  # a floor of a milliradian left nothing
