@@ -9,7 +9,7 @@ import numpy as np
 from station.diagnosis.observations.channel import Channel
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.predict.held_out import HeldOut
-from station.diagnosis.search.locate import smooth_part
+from station.diagnosis.search.locate import smooth_part, tested_places
 from station.diagnosis.search.search import Search, Stage
 from station.physics.contact import Array, Bools
 from station.physics.model import Model
@@ -37,7 +37,7 @@ class ChannelPicture:
 
 @dataclass(frozen=True, kw_only=True)
 class Spot:
-    """A channel against a covariate: the smooth part's effect size, and its p corrected for the whole search."""
+    """A channel against a covariate: the smooth part's effect size, and the p by which `located` ranks it."""
 
     phase: str
     channel: str
@@ -94,14 +94,13 @@ def _channel(channel: Channel, before: Model, after: Model) -> ChannelPicture:
 
 
 def _spots(stage: Stage) -> tuple[Spot, ...]:
-    places = ((candidate, candidate.place) for candidate in stage.places if candidate.place is not None)
     return tuple(
         Spot(
             phase=place.phase,
             channel=place.channel.name,
             covariate=place.covariate,
             effect_size=smooth_part(stage.before, place)[2],
-            p=float(stage.calibration.corrected(candidate.p)),
+            p=p,
         )
-        for candidate, place in places
+        for place, p, _ in tested_places(stage)
     )

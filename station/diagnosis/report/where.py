@@ -34,8 +34,8 @@ def _maps(diagnosis: Diagnosis, pictures: PictureData) -> list[str]:
     caption = Caption(
         shows="Every kind of evidence (rows, in the order of a run) against everything that could explain it "
         "(columns). The effect size is the share of the residuals that a smooth curve over the covariate takes up; p "
-        "is that of the row alone in stage 1, corrected for the whole search. Framed and coloured by the effect size: "
-        f"beyond chance (p < {thresholds.LEVEL:g}); all other cells stay pale.",
+        "is that of stage 1, corrected for the whole search, by the one of two tests that has the smaller p. Framed "
+        f"and coloured by the effect size: beyond chance (p < {thresholds.LEVEL:g}); all other cells stay pale.",
         count=used(diagnosis),
     )
     parts = [drawn(first, caption, name="map1", alt="map of residuals before")]
@@ -103,7 +103,8 @@ def _note(diagnosis: Diagnosis) -> str:
         "what the stages before leave"
     )
     return (
-        f"{stages}. The test is of the row alone, as in the maps, or of a smooth term of friction in onset and slide."
+        f"{stages}. Of two tests the one with the smaller p counts, as in the maps: of the row alone, or of a smooth "
+        "term of friction, which onset and slide share."
     )
 
 

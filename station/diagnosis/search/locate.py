@@ -12,7 +12,7 @@ from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.observations.covariates import TITLES
 from station.diagnosis.observations.evidence import Evidence
-from station.diagnosis.result import Located, Stretch, rounded
+from station.diagnosis.result import Located, Stretch, Tested, rounded
 from station.diagnosis.search.places import Place
 from station.diagnosis.search.search import Stage
 from station.diagnosis.search.smooth import covariate_of
@@ -47,28 +47,35 @@ def located(evidence: Evidence, stages: Sequence[Stage]) -> tuple[Located, ...]:
     return tuple(sorted(best.values(), key=lambda place: (place.p, -place.effect_size))[:MOST_PLACES])
 
 
-def _of_stage(evidence: Evidence, stage: Stage, number: int) -> Sequence[Located]:
-    found = list[Located]()
+def _of_stage(evidence: Evidence, stage: Stage, number: int) -> Iterator[Located]:
+    for place, p, tested in tested_places(stage):
+        if p < thresholds.LEVEL:
+            yield replace(_located(evidence, stage.before, place, p), stage=number, tested=tested)
+
+
+def tested_places(stage: Stage) -> Iterator[tuple[Place, float, Tested]]:
+    """A stage's places, each with its p and the test that has it, which is the one of two with the smaller p.
+
+    One is of the place's channel alone; the other, of friction that onset and slide share, is of a smooth term. Both
+    are corrected for the whole search of the stage.
+    """
+    together = _of_smooth_terms(stage)
     for candidate in stage.places:
-        p = stage.calibration.corrected(candidate.p)
-        if p >= thresholds.LEVEL or candidate.place is None:
-            break
-        found.append(_located(evidence, stage.before, candidate.place, p))
-    smooth = (replace(place, tested="friction") for place in _of_smooth_terms(evidence, stage))
-    return [replace(place, stage=number) for place in (*found, *smooth)]
+        place, alone = candidate.place, float(stage.calibration.corrected(candidate.p))
+        if place is None:
+            continue
+        shared = together.get(place.covariate, 1.0) if place.channel.shares_friction else 1.0
+        yield (place, shared, "friction") if shared < alone else (place, alone, "channel")
 
 
-def _of_smooth_terms(evidence: Evidence, stage: Stage) -> Iterator[Located]:
-    """The places of smooth terms, which see onset and slide together, with the smallest p of each covariate."""
+def _of_smooth_terms(stage: Stage) -> dict[str, float]:
+    """The smallest corrected p of each covariate's smooth terms, which see onset and slide together."""
     best: dict[str, float] = {}
     for candidate in stage.candidates:
-        p = stage.calibration.corrected(candidate.p) if candidate.smooth else 1.0
-        for effect in candidate.effects if p < thresholds.LEVEL else ():
+        p = float(stage.calibration.corrected(candidate.p)) if candidate.smooth else 1.0
+        for effect in candidate.effects if candidate.smooth else ():
             best[covariate_of(effect)] = min(p, best.get(covariate_of(effect), 1.0))
-    for one in stage.places:
-        place = one.place
-        if place is not None and place.channel.shares_friction and place.covariate in best:
-            yield _located(evidence, stage.before, place, best[place.covariate])
+    return best
 
 
 def _located(evidence: Evidence, before: Fit, place: Place, p: float) -> Located:

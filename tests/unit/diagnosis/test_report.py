@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import pytest
 from scipy.stats import binomtest
 
 from station.__main__ import main
+from station.diagnosis import thresholds
 from station.diagnosis.diagnose import Examined, examined
 from station.diagnosis.report import html, scores
 from station.diagnosis.report.headline import headline
@@ -283,10 +285,29 @@ def test_a_p_says_of_what_test_it_is() -> None:
     page = Page(html_page(replace(found.diagnosis, located=(place,)), found.pictures))
     assert "effect size p stage tested rows longest stretches" in page.text
     assert " 0.00021 2 friction " in page.text
-    known = {(spot.channel, spot.covariate): spot.p for spot in found.pictures.spots_before}
-    alone = [one for one in found.diagnosis.located if (one.stage, one.tested) == (1, "channel")]
-    assert alone
-    assert [one.p for one in alone] == [known[one.channel, one.covariate] for one in alone]
+
+
+def worn() -> Examined:
+    """Returns the diagnosis of a table in which friction grows from run to run: one number that a smooth term tests."""
+    made = [replace(one, onset_angle_rad=one.onset_angle_rad * (1 + 0.0012 * one.run)) for one in samples()]
+    return examined(made, catalogue(), name="worn.csv")
+
+
+@pytest.mark.parametrize(("make", "test"), [(grained, "channel"), (worn, "friction")])
+def test_the_map_has_the_p_by_which_the_table_ranks(make: Callable[[], Examined], test: str) -> None:
+    found = make()
+    shown = {(spot.channel, spot.covariate): spot.p for spot in found.pictures.spots_before}
+    first = [one for one in found.diagnosis.located if one.stage == 1]
+    assert test in {one.tested for one in first}
+    assert [one.p for one in first] == [shown[one.channel, one.covariate] for one in first]
+
+
+@pytest.mark.parametrize("make", [grained, worn])
+def test_what_was_found_is_pale_in_the_second_map(make: Callable[[], Examined]) -> None:
+    """The rows' own p and the smooth terms' are of the last stage, which tests what the model leaves."""
+    found = make()
+    assert found.diagnosis.names
+    assert min(spot.p for spot in found.pictures.spots_after) > thresholds.LEVEL
 
 
 def test_numbers_have_no_power_of_ten() -> None:
