@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -10,11 +11,13 @@ import pytest
 
 from station.angles.compare import compare
 from station.angles.page import comparison_page
+from station.diagnosis.report.page import html_page
 from station.pages.caption import Caption, made_by
 from station.pages.figure import figure
 from station.pages.page import whole_page
 from tests.system import chromium
 from tests.unit.angles.test_compare import stop
+from tests.unit.diagnosis.tables import grained
 
 pytestmark = [
     pytest.mark.system,
@@ -22,6 +25,11 @@ pytestmark = [
 ]
 LONG = f"recordings/{'a_name_without_a_break_' * 5}.mcap"
 
+CUT = """[...document.querySelectorAll(".wide")].filter(one => one.scrollWidth > one.clientWidth)
+.map(one => one.querySelector("caption").innerText)"""
+"""The captions of the tables that are wider than the page."""
+
+QUALITIES = ("onset_rmse_deg", "onset_median_deg", "path_rmse_mm", "path_median_mm", "turn_rmse_deg", "turn_median_deg")
 
 DRAWING = (
     '<svg width="400" height="300"><text x="40" y="40">a</text><circle cx="200" cy="150" r="50" fill="#0072b2"/></svg>'
@@ -37,6 +45,20 @@ def test_a_long_command_does_not_make_the_page_wider(tmp_path: Path) -> None:
         page.open(report.as_uri())
         assert LONG in page.text("figcaption code")
         assert page.of("document.documentElement.scrollWidth") <= 390
+
+
+def test_no_table_of_a_diagnosis_is_cut_on_a_laptop(tmp_path: Path) -> None:
+    """The quality before and after has the most columns, and the most numbers in them, where slides were seen."""
+    found = grained()
+    errors = dict.fromkeys(QUALITIES, 0.17)
+    quality = replace(found.diagnosis.fit.before, **dict.fromkeys(QUALITIES, 49.1), log_score=225.47, se=errors)
+    fit = replace(found.diagnosis.fit, before=quality, after=quality)
+    report = tmp_path / "report.html"
+    report.write_text(html_page(replace(found.diagnosis, fit=fit), found.pictures), encoding="utf-8")
+    with chromium.browser(tmp_path / "profile") as page:
+        page.size(1200, 900)
+        page.open(report.as_uri())
+        assert page.of(CUT) == []
 
 
 @pytest.mark.parametrize("dark", [False, True])

@@ -55,7 +55,12 @@ def _of_onsets(known: int) -> Caption:
 def _table(diagnosis: Diagnosis) -> str:
     fit = diagnosis.fit
     errors = [f"{one}: rms, median" for one in ("onset error (°)", "path error (mm)", "yaw error (°)")]
-    head = (f"unseen {diagnosis.counted}", f"log score a {singular(diagnosis)}", *errors, "within 90 %")
+    head = (
+        f"unseen {diagnosis.counted}",
+        f"log score a {singular(diagnosis)}",
+        *errors,
+        "within 90\N{NO-BREAK SPACE}%",
+    )
     plain = "the given simulation" if diagnosis.given else "plain model"
     rows = [_quality(f"before: {plain}", fit.before), _quality("after: with what was found", fit.after)]
     rows.append(["ceiling: sessions drawn from the fit", html.number(fit.ceiling_log_score), "", "", "", ""])
@@ -97,9 +102,10 @@ _FIGURES = ("log_score", *(name for both in _ERRORS for name in both), "coverage
 
 
 def _in_cells(figures: Mapping[str, str]) -> list[str]:
-    """The figures as cells of a row: root mean square and median of each error stand in one."""
-    errors = [", ".join(figures[name] for name in both) for both in _ERRORS]
-    return [figures["log_score"], *errors, figures["coverage90"]]
+    """The figures as cells of a row: root mean square and median of each error stand in one, where lines may break."""
+    unbroken = {name: html.whole(figure) for name, figure in figures.items()}
+    errors = [", ".join(unbroken[name] for name in both) for both in _ERRORS]
+    return [unbroken["log_score"], *errors, unbroken["coverage90"]]
 
 
 def _se(quality: Quality, figure: str) -> str:

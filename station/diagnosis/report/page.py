@@ -19,7 +19,8 @@ h1 { font-size: 1.1rem; color: var(--faint); font-weight: 500; } h2 { margin-top
 .yes { border-color: #009e73; } .maybe { border-color: #e69f00; } .no { border-color: #0072b2; }
 .cannot { border-color: #d55e00; }
 .short { max-width: 50rem; } .about { color: var(--faint); overflow-wrap: anywhere; }
-nav a { margin-right: 1rem; } .whole { white-space: nowrap; } th, td { text-align: left; }"""
+nav a { margin-right: 1rem; } .whole { white-space: nowrap; }
+th, td { text-align: left; } th { white-space: normal; }"""
 _LINKS = (("where", "Where"), ("what", "What"), ("fit", "Fit"), ("next", "Next"), ("provenance", "Provenance"))
 
 
