@@ -46,10 +46,10 @@ def render(draw: Draw, pair: Pair, *, folder: Path, stem: str, caption: Caption)
     return png
 
 
-def degrees_beside(axes: Any) -> None:
-    """A second scale in degrees at the right of an axis in radians."""
-    beside = axes.secondary_yaxis("right", functions=(np.degrees, np.radians))
-    beside.set_ylabel("degrees")
+def radians_beside(axes: Any) -> None:
+    """A second scale in radians, which the paper has, at the right of an axis in degrees."""
+    beside = axes.secondary_yaxis("right", functions=(np.radians, np.degrees))
+    beside.set_ylabel("rad")
 
 
 def settle_radius(axes: Any, *, top: float) -> None:

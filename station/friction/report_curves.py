@@ -12,6 +12,8 @@ from station.friction.results import PairResult
 
 _KINDS = {"isotropic": "circle", "ellipse": "ellipse", "one_way": "one-way", "general": "general"}
 _FRAMES = {"object": "the object", "plate": "the plate", "both": "object and plate"}
+_ONE_WAY = "one-way curves"
+"""The curves of which the test against a circle is: they have whatever shape is common."""
 _DEGREES = 180 / math.pi
 _LEVEL = 0.05
 
@@ -45,10 +47,11 @@ def _curves_table(fits: Sequence[tuple[str, LimitCurveFit]]) -> ReportTable:
         ),
         rows=tuple(rows),
         note=(
-            "By maximum likelihood on onset and slide together, runs without a slide included. µ mean: geometric, over "
-            "all directions, in the middle of the session; µ1 along the axis, µ2 across (of the nearest ellipse); "
-            "one-way: the ratio forwards over backwards, highest towards the angle beside it; scatter: of ln µ from "
-            "run to run, Student's scale."
+            "The curves are fitted by maximum likelihood to onset and slide together, and runs without a slide count, "
+            "too. µ mean is the geometric mean over all directions in the middle of the session; µ1 is along the axis "
+            "and µ2 across it, both of the nearest ellipse. One-way is the ratio of friction forwards over backwards, "
+            "which is highest towards the angle beside it. Scatter is that of ln µ from run to run, of Student's t its "
+            "scale."
         ),
     )
 
@@ -78,25 +81,31 @@ def _kinds_table(fits: Sequence[tuple[str, LimitCurveFit]]) -> ReportTable:
     rows: list[tuple[str, ...]] = []
     for name, fit in fits:
         least = min(score.bic for score in fit.scores)
-        rows += [_kind_row(name, score, least) for score in sorted(fit.scores, key=lambda score: score.bic)]
+        rows += [_kind_row(name, fit, score, least) for score in sorted(fit.scores, key=lambda score: score.bic)]
     return ReportTable(
         title="Kinds of limit curve",
         columns=("pair, curve", "shape parameters", "ln likelihood", "Δ BIC", "tested against", "p"),
         rows=tuple(rows),
-        note="The curve of the least BIC is taken. p: likelihood-ratio test against the largest curve inside.",
+        note="The curve of the least BIC is taken. Each p is of a likelihood-ratio test: of a curve against the "
+        "largest one that it contains, and of the circle against one-way curves.",
     )
 
 
-def _kind_row(name: str, score: Score, least: float) -> tuple[str, ...]:
+def _kind_row(name: str, fit: LimitCurveFit, score: Score, least: float) -> tuple[str, ...]:
     where = "" if score.kind == "isotropic" else f" ({score.frame})"
+    against, p = (_ONE_WAY, fit.p_isotropic) if score.kind == "isotropic" else (_read(score.against), score.p_value)
     return (
         f"{name}, {_KINDS[score.kind]}{where}",
         str(score.shape_parameters),
         f"{score.log_likelihood:.1f}",
         f"{score.bic - least:.1f}",
-        score.against.replace("isotropic", "circle").replace("one_way", "one-way") or "–",
-        chance(score.p_value),
+        "–" if math.isnan(p) else against,
+        chance(p),
     )
+
+
+def _read(against: str) -> str:
+    return against.replace("isotropic", "circle").replace("one_way", "one-way")
 
 
 def _scatter_table(fits: Sequence[tuple[str, LimitCurveFit]]) -> ReportTable:
@@ -119,7 +128,8 @@ def _scatter_table(fits: Sequence[tuple[str, LimitCurveFit]]) -> ReportTable:
         title="Scatter of friction from run to run: what the curve is multiplied by",
         columns=("pair", "family", "parameters", "A²", "p", "Δ AIC of the others"),
         rows=tuple(rows),
-        note="A²: Anderson and Darling's statistic, p by parametric bootstrap: a small one speaks against the family.",
+        note="A² is Anderson and Darling's statistic, and p is by parametric bootstrap: a small one speaks against the "
+        "family.",
     )
 
 
@@ -152,7 +162,7 @@ def _against_a_circle(fit: LimitCurveFit) -> str:
     """Says what the test against a circle came to; of a curve that is one, by its own p-value too, it is consistent."""
     p = p_is(fit.p_isotropic)
     consistent = fit.kind == "isotropic" and fit.p_isotropic >= _LEVEL
-    return f"consistent with a circle ({p})" if consistent else f"{p} against a circle"
+    return f"consistent with a circle ({p} against {_ONE_WAY})" if consistent else f"{p} against a circle"
 
 
 def _scatter_sentence(fit: LimitCurveFit) -> str:

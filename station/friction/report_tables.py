@@ -36,7 +36,8 @@ def _filter_table(results: Sequence[PairResult]) -> ReportTable:
         title="Filtered samples (the paper's Table III)",
         columns=("pair", "slides", "unique", "%", "total", *FILTERS, "no slide"),
         rows=tuple(rows),
-        note="Unique: slides that any filter flagged; total: flags. A dash: the filter could not judge anything.",
+        note="Unique counts the slides that any filter flagged, and total counts the flags. A dash stands where a "
+        "filter could not judge anything.",
     )
 
 
@@ -80,7 +81,8 @@ def _alternatives_table(results: Sequence[PairResult]) -> ReportTable:
         title="Robust alternatives (flagged beside the paper's filters; the results do not use them)",
         columns=("pair", "angle MAD", "circumf. MAD", "multivariate", "leaning", "only robust", "only paper"),
         rows=tuple(rows),
-        note="Leaning: the block touched the foam before it slid. Only robust: by the first three, not by the paper.",
+        note="Leaning counts the slides whose block touched the foam before it slid. Only robust counts the slides "
+        "that the first three flagged and no filter of the paper did, and only paper those of which the reverse holds.",
     )
 
 
@@ -139,9 +141,10 @@ def _anisotropy_table(results: Sequence[PairResult]) -> ReportTable:
         ),
         rows=tuple(rows),
         note=(
-            "Harmonics 1 and 2 of ln µ, a trend over the session taken out. p: permutations; Holm: adjusted for the "
-            "number of tests; given other: F test beside the other relation's harmonics; by chance: the 95 % quantile "
-            "of max/min µ without any anisotropy; explained: ω² of the direction; at: where friction is highest."
+            "Harmonics 1 and 2 of ln µ are tested after a trend over the session is taken out. p is by permutations, p "
+            "Holm is adjusted for the number of tests, and p given other is of an F test beside the harmonics of the "
+            "other relation. By chance is the 95 % quantile of max/min µ without any anisotropy, explained is ω² of "
+            "the direction, and the last column has the direction of the highest friction."
         ),
     )
 

@@ -141,7 +141,7 @@ class Analysed:
         Raises:
             UserError: if the folder cannot be written to.
         """
-        with made_by(self.command):
+        with made_by(f"{self.command} {command_line(out=folder)}"):
             return write_results(self.results, Path(folder), sources=self._sources, notes=notes_of(self.sessions))
 
     @property

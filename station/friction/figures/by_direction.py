@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from station.friction.bins import Bins, by_direction
-from station.friction.drawing import degrees_beside, nothing_to_draw
+from station.friction.drawing import nothing_to_draw, radians_beside
 from station.friction.pairs import Pair
 
 NUMBER = 7.0
@@ -17,6 +17,7 @@ CAPTION = (
     "below how many samples each has. Dashed: the mean of all. Compare the paper's Fig. 7."
 )
 INTERVAL = "shaded: ± 1 standard deviation of a bin"
+_LEAST_MARGIN_DEG = 1.0
 
 
 def draw(pair: Pair) -> Figure:
@@ -27,15 +28,15 @@ def draw(pair: Pair) -> Figure:
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[5, 1])
     upper.set_title(pair.name)
     kept = pair.kept
-    bins = by_direction(kept.paper_rad, kept.theta_rad)
+    bins = by_direction(kept.paper_rad, np.degrees(kept.theta_rad))
     if not bins.count.any():
         nothing_to_draw(upper, "no slide with a known direction is left")
         lower.set_axis_off()
         return figure
     _means(upper, bins)
-    upper.axhline(float(kept.theta_rad.mean()), color="0.5", linewidth=0.7, linestyle="--", zorder=0)
-    upper.set_ylabel("angle of repose θ (rad)")
-    degrees_beside(upper)
+    upper.axhline(float(np.degrees(kept.theta_rad).mean()), color="0.5", linewidth=0.7, linestyle="--", zorder=0)
+    upper.set_ylabel("angle of repose θ (degrees)")
+    radians_beside(upper)
     lower.bar(np.degrees(bins.middle_rad), bins.count, width=180 / len(bins.count), color="0.7", linewidth=0)
     lower.set(xlim=(0, 180), xticks=range(0, 181, 30))
     lower.set_ylabel("samples")
@@ -53,6 +54,6 @@ def _means(axes: Any, bins: Bins) -> None:
     # Bins between empty ones would have no line.
     axes.plot(x[filled], bins.mean[filled], ".", color="black", markersize=3)
     low, high = np.nanmin(bins.mean - spread), np.nanmax(bins.mean + spread)
-    margin = max(0.5 * (high - low), 0.02)
+    margin = max(0.5 * (high - low), _LEAST_MARGIN_DEG)
     axes.set_ylim(max(0.0, low - margin), high + margin)
     axes.legend(loc="upper right", ncols=2)

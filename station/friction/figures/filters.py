@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,12 +13,13 @@ from station.friction.direction import Array
 from station.friction.drawing import FLAGGED, KEPT, centres_px, image_size_px, nothing_to_draw
 from station.friction.filters import DISTANCE_PX
 from station.friction.pairs import Pair
-from station.friction.slides import Bools
+from station.friction.slides import Bools, Slides
 
 NUMBER = 6.0
 CAPTION = (
     "The filters: distance, angle, circumference before against after the slide, and the slides that ran along the "
-    "foam. Vermilion: flagged. Compare the paper's Fig. 6."
+    "foam. Vermilion: flagged. Pixels are those of the picture, in which the filters judge as the paper's do; "
+    "millimetres at the upper edge are by the median slide. Compare the paper's Fig. 6."
 )
 INTERVAL = ""
 _MOST_BINS = 60
@@ -40,10 +42,11 @@ def draw(pair: Pair) -> Figure:
         _histogram(distance, slides.distance_px, applicable["distance"], flags["distance"])
         distance.axvline(DISTANCE_PX, color=FLAGGED, linewidth=0.8, linestyle="--")
         distance.set_xlabel("sliding distance (px)")
+        _millimetres_above(distance, slides)
         _circumferences(around, slides.circumference_px, applicable["circumference"], flags["circumference"])
     if applicable["angle"].any():
-        _histogram(angle, slides.theta_rad, applicable["angle"], flags["angle"])
-        angle.set_xlabel("angle of repose θ (rad)")
+        _histogram(angle, np.degrees(slides.theta_rad), applicable["angle"], flags["angle"])
+        angle.set_xlabel("angle of repose θ (degrees)")
     if applicable["border"].any():
         _paths(border, pair)
     figure.suptitle(pair.name)
@@ -61,6 +64,16 @@ def _histogram(axes: Any, values: Array, applicable: Bools, flagged: Bools) -> N
     for value in parts[1]:
         axes.plot(value, 0, marker="|", color=FLAGGED, markersize=7, clip_on=False)
     axes.spines["right"].set_visible(False)
+
+
+def _millimetres_above(axes: Any, slides: Slides) -> None:
+    """A second scale in millimetres, where a calibration tells how far blocks slid on the plate."""
+    way_m = np.linalg.norm(centres_px(slides.post_m) - centres_px(slides.pre_m), axis=1)
+    known = np.isfinite(way_m) & (slides.distance_px > 0)
+    if known.any():
+        mm = 1e3 * float(np.median(way_m[known] / slides.distance_px[known]))
+        above = axes.secondary_xaxis("top", functions=(partial(np.multiply, mm), partial(np.multiply, 1.0 / mm)))
+        above.set_xlabel("mm", fontsize="small")
 
 
 def _circumferences(axes: Any, around: Array, applicable: Bools, flagged: Bools) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.figure import Figure
 
 from station.friction.bins import PATCH_PX, heat_map
@@ -17,6 +18,7 @@ CAPTION = (
     "higher, black: no sample. Its scale is its own. Compare the paper's Fig. 8."
 )
 INTERVAL = ""
+_LEAST_RANGE_DEG = 0.5
 
 
 def draw(pair: Pair) -> Figure:
@@ -26,7 +28,7 @@ def draw(pair: Pair) -> Figure:
     axes.set_title(pair.name)
     kept = pair.kept
     width, height = image_size_px(pair.slides)
-    patches = heat_map(centres_px(kept.pre_px), kept.theta_rad, size_px=(width, height))
+    patches = heat_map(centres_px(kept.pre_px), np.degrees(kept.theta_rad), size_px=(width, height))
     if not (patches > 0).any():
         nothing_to_draw(axes, "no slide with a known place is left")
         return figure
@@ -35,10 +37,10 @@ def draw(pair: Pair) -> Figure:
     extent = (-0.5, columns * PATCH_PX - 0.5, rows * PATCH_PX - 0.5, -0.5)
     # The scale begins below the lowest value, so that no patch with samples is as black as one without.
     low, high = float(patches[patches > 0].min()), float(patches[patches > 0].max())
-    floor = low - 0.25 * max(high - low, 0.01)
+    floor = low - 0.25 * max(high - low, _LEAST_RANGE_DEG)
     drawn = axes.imshow(patches, cmap=colours, vmin=floor, vmax=high, extent=extent, interpolation="nearest")
-    bar = figure.colorbar(drawn, ax=axes, label="angle of repose θ (rad)")
-    bar.ax.set_ylim(low, max(high, low + 1e-6))
+    bar = figure.colorbar(drawn, ax=axes, label="angle of repose θ (degrees)")
+    bar.ax.set_ylim(low, max(high, low + 1e-4))
     axes.set_xlabel("x before the slide (px)")
     axes.set_ylabel("y (px)")
     return figure

@@ -14,8 +14,8 @@ from station.friction.slides import Slides
 
 NUMBER = 9.0
 CAPTION = (
-    "Each dot is a sample: its distance from the centre is the angle of repose (rad), its angle the sliding direction "
-    "relative to the object, its colour the tilting direction. Left as the paper folds it, "
+    "Each dot is a sample: its distance from the centre is the angle of repose (degrees), its angle the sliding "
+    "direction relative to the object, its colour the tilting direction. Left as the paper folds it, "
     "0° along the mark's short side (compare its Fig. 9); right over the whole circle, which the mark's identity "
     "gives, 0° along the mark's own x."
 )
@@ -49,10 +49,10 @@ def _dots(axes: Any, slides: Slides, direction: Any) -> None:
     for number, colour in enumerate(DIRECTION_COLOURS):
         chosen = slides.sector == number
         axes.scatter(
-            direction[chosen], slides.theta_rad[chosen], s=size, color=colour, linewidths=0, alpha=0.7,
+            direction[chosen], np.degrees(slides.theta_rad[chosen]), s=size, color=colour, linewidths=0, alpha=0.7,
             rasterized=True, label=f"tilted about {number * 90}°",
         )  # fmt: skip
-    settle_radius(axes, top=1.05 * float(slides.theta_rad.max()))
+    settle_radius(axes, top=1.05 * float(np.degrees(slides.theta_rad.max())))
     axes.set_rlabel_position(22.5)
     axes.grid(linewidth=0.4, color="0.8")
     axes.spines["polar"].set_linewidth(0.5)

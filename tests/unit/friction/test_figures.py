@@ -61,3 +61,28 @@ def test_a_run_that_the_foam_held_does_not_shrink_the_limit_curve_to_a_point():
         "limit curve",
         "90 % interval",
     } <= labels
+
+
+@pytest.mark.parametrize("kind", figure_kinds(), ids=lambda kind: kind.name)
+def test_people_read_degrees(kind: FigureKind) -> None:
+    """Radians stand only beside degrees, where the paper's own scale is compared."""
+    (pair,) = pairs_of([Session(TABLES["full"](), GEOMETRY)])
+    words = [text for axes in kind.draw(pair).axes for text in (axes.get_xlabel(), axes.get_ylabel())]
+    assert [word for word in (*words, kind.caption) if "(rad)" in word] == []
+
+
+def test_angles_and_lengths_are_drawn_in_the_units_that_their_axes_name() -> None:
+    (pair,) = pairs_of([Session(TABLES["full"](), GEOMETRY)])
+    drawn = {kind.name: kind.draw(pair) for kind in figure_kinds()}
+    theta_deg = np.degrees(pair.kept.theta_rad)
+    assert drawn["polar"].axes[1].get_rmax() == pytest.approx(1.05 * theta_deg.max())  # pyright: ignore[reportAttributeAccessIssue] # polar
+    mean = np.asarray(drawn["by_direction"].axes[0].lines[-1].get_ydata())
+    assert mean == pytest.approx(theta_deg.mean())
+    distance, angle = drawn["filters"].axes[:2]
+    assert angle.get_xlim()[0] < theta_deg.mean() < angle.get_xlim()[1]
+    (above,) = distance.child_axes
+    assert above.get_xlabel() == "mm"
+    drawn["filters"].draw_without_rendering()
+    slid_mm = 1e3 * np.linalg.norm((pair.kept.post_m - pair.kept.pre_m).mean(axis=1), axis=1)
+    mm_per_px = above.get_xlim()[1] / distance.get_xlim()[1]
+    assert mm_per_px == pytest.approx(float(np.median(slid_mm / pair.kept.distance_px)), rel=0.02)

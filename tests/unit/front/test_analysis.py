@@ -41,8 +41,11 @@ def test_it_says_and_writes_what_the_command_does(
     own = tmp_path / "own"
     lines = found.write(own)
     assert f"Report: {own / 'report.html'}" in "\n".join(lines)
-    for name in ("report.html", "samples.csv", "limit_curves.json"):
+    for name in ("samples.csv", "limit_curves.json"):
         assert (own / name).read_bytes() == (out / name).read_bytes()
+    page, same = ((one / "report.html").read_text(encoding="utf-8") for one in (own, out))
+    assert f"station analyze {table} --out {own}</code>" in page
+    assert page.replace(str(own), str(out)) == same
 
 
 def test_its_samples_carry_the_filters_names(table: Path) -> None:
