@@ -18,12 +18,16 @@ class Health:
 
 @dataclass(frozen=True, kw_only=True)
 class Direction:
-    """The kept samples of one direction (−1: free azimuths), and mean and standard deviation of their onsets."""
+    """The kept samples of one direction (−1: free azimuths), and mean and standard deviation of their onsets.
+
+    `azimuth_deg` is that of the tilting axis; None where it is free.
+    """
 
     direction: int
     count: int
     mean_deg: float | None
     sd_deg: float | None
+    azimuth_deg: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +36,7 @@ class Moment:
 
     `moved_px` is how far the corner that decides has moved from its reference, `threshold_px` how far it may: the slip
     rule asks for a number of corners, and this is the last of them. Both are None where there is no reference. In mm
-    they are known where the camera's geometry is.
+    they are known where the camera's geometry is. `azimuth_deg` is that of the tilting axis, while it has a direction.
     `left_s` is None before the first sample.
     """
 
@@ -53,3 +57,4 @@ class Moment:
     """True while no further run begins."""
     moved_mm: float | None = None
     threshold_mm: float | None = None
+    azimuth_deg: float | None = None

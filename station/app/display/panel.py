@@ -84,7 +84,7 @@ def _now(moment: Moment) -> list[tuple[str, RenderableType]]:
         f"{moment.done} of {moment.total} in {duration_text(moment.passed_s)}{left}",
     )
     return [
-        ("direction", Text(_direction(moment.direction))),
+        ("direction", Text(_direction(moment.direction, moment.azimuth_deg))),
         ("tilt", Text("–" if moment.tilt_deg is None else f"{moment.tilt_deg:6.2f}°")),
         ("block moved", _distance(moment)),
         ("samples", progress),
@@ -117,7 +117,7 @@ def _directions(found: tuple[Direction, ...]) -> RenderableType:
         table.add_column(name, justify="right")
     for one in found:
         cells = ("–" if value is None else f"{value:.2f}" for value in (one.mean_deg, one.sd_deg))
-        table.add_row(_direction(one.direction), str(one.count), *cells)
+        table.add_row(_direction(one.direction, one.azimuth_deg), str(one.count), *cells)
     return table if found else Text("no slips yet", style="dim")
 
 
@@ -126,5 +126,7 @@ def _health(part: Health) -> tuple[RenderableType, RenderableType]:
     return Text(f"{sign} {part.part}", style=style), Text(part.text, no_wrap=True, overflow="ellipsis")
 
 
-def _direction(number: int | None) -> str:
-    return "–" if number is None else "free" if number < 0 else str(number)
+def _direction(number: int | None, azimuth_deg: float | None) -> str:
+    """A direction by its number, with the azimuth of the tilting axis where that is known."""
+    name = "–" if number is None else "free" if number < 0 else str(number)
+    return name if azimuth_deg is None else f"{name} ({azimuth_deg:.0f}°)"

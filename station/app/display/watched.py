@@ -31,6 +31,7 @@ from shared.messages import (
 )
 from station.app.display import health
 from station.app.display.moment import Direction, Health, Moment
+from station.rig.tilt import DIRECTIONS, azimuth_of_direction
 from station.sampling.plan import Plan
 from station.view.reference import ReferenceTracker
 
@@ -66,7 +67,8 @@ class Watched:
         self._heard: dict[type[Message], float] = {}
         self._clocks: dict[str, ClockOffset] = {}
         self._onsets_deg: dict[int, list[float]] = {number: [] for number in range(-1, 4)}
-        self._event, self._direction, self._done = RunEvent(), None, 0
+        self._event, self._done = RunEvent(), 0
+        self._tilting: TiltCommand | None = None
         self._arm_fault, self._arm_stopped = "", ""
         self._paused = False
         self._reference = ReferenceTracker()
@@ -93,7 +95,7 @@ class Watched:
         elif isinstance(message, Sample):
             self._on_sample(message)
         elif isinstance(message, TiltCommand):
-            self._direction = message.direction if message.angle_rad > 0 else self._direction
+            self._tilting = message if message.angle_rad > 0 else self._tilting
         elif isinstance(message, ClockOffset):
             self._clocks[message.agent] = message
         elif isinstance(message, SessionPause):
@@ -109,7 +111,7 @@ class Watched:
         self._reference.on_event(event)
         if event.phase not in _WITHIN_A_PHASE:
             self._event = event
-            self._direction = None if event.phase == "LEVEL" else self._direction
+            self._tilting = None if event.phase == "LEVEL" else self._tilting
 
     def _on_sample(self, sample: Sample) -> None:
         self._reference.on_sample(sample)
@@ -140,7 +142,8 @@ class Watched:
         return Moment(
             run=self._event.run,
             phase=self._event.phase or "START",
-            direction=self._direction,
+            direction=None if self._tilting is None else self._tilting.direction,
+            azimuth_deg=None if self._tilting is None else math.degrees(self._tilting.azimuth_rad),
             tilt_deg=tilt_deg,
             moved_px=moved_px,
             threshold_px=threshold_px,
@@ -210,4 +213,6 @@ class Watched:
 
 def _spread(direction: int, onsets_deg: list[float]) -> Direction:
     sd = float(np.std(onsets_deg, ddof=1)) if len(onsets_deg) > 1 else None
-    return Direction(direction=direction, count=len(onsets_deg), mean_deg=float(np.mean(onsets_deg)), sd_deg=sd)
+    azimuth_deg = math.degrees(azimuth_of_direction(direction)) if direction in range(DIRECTIONS) else None
+    mean = float(np.mean(onsets_deg))
+    return Direction(direction=direction, azimuth_deg=azimuth_deg, count=len(onsets_deg), mean_deg=mean, sd_deg=sd)

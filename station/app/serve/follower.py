@@ -99,6 +99,7 @@ def table_rows(samples: Sequence[Sample]) -> list[dict[str, Any]]:
         {
             "run": sample.run,
             "direction": sample.direction,
+            "azimuth_deg": _finite(math.degrees(sample.azimuth_rad)),
             "onset_deg": _finite(math.degrees(sample.onset_angle_rad)),
             "sigma_deg": _finite(math.degrees(sample.onset_sigma_rad)),
             "censored": sample.censored,

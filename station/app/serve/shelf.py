@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from shared.errors import UserError
 from station.app.recordings import FOLDER
+from station.recording.opening import open_file
 from station.recording.parts import files_of, firsts
 
 REPORT, DIAGNOSIS = "report", "diagnosis"
@@ -25,7 +27,11 @@ class Shelf:
         return self.folder / FOLDER
 
     def listed(self) -> list[dict[str, Any]]:
-        """Name, size, time and made pages of each recording, the newest first."""
+        """Name, size, times and made pages of each recording, the last written first.
+
+        `started_s` is the recording's own start, s since 1970, or None where it cannot be read; `mode` says what made
+        it.
+        """
         found = [path for folder in (self.folder, self.new_ones) for path in folder.glob("*.mcap")]
         known = [(path, path.stat()) for path in map(Path, firsts(map(str, found))) if path.is_file()]
         return [
@@ -33,6 +39,7 @@ class Shelf:
                 "name": self._name(path),
                 "bytes": sum(part.stat().st_size for part in files_of(path)),
                 "changed_s": stat.st_mtime,
+                **_own_time(path, stat.st_mtime_ns, stat.st_size),
                 "pages": [kind for kind in (REPORT, DIAGNOSIS) if self.page(path, kind).is_file()],
             }
             for path, stat in sorted(known, key=lambda one: (-one[1].st_mtime, one[0].name))
@@ -58,3 +65,14 @@ class Shelf:
 
     def _name(self, path: Path) -> str:
         return path.relative_to(self.folder).as_posix()
+
+
+@lru_cache(maxsize=10_000)
+def _own_time(path: Path, _changed_ns: int, _bytes: int) -> dict[str, Any]:
+    """The start and the mode of a recording, read again only when its file has changed."""
+    try:
+        recording = open_file(path)
+        mode = recording.metadata.get("session", {}).get("mode", "")
+    except UserError:  # its other pages say what is wrong with it
+        return {"started_s": None, "mode": ""}
+    return {"started_s": 1e-9 * recording.start_ns if recording.message_count else None, "mode": mode}

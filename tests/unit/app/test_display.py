@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import io
 import json
+import math
 import os
 import re
 import shutil
@@ -18,7 +19,17 @@ import pytest
 from rich.console import Console
 
 from shared.bus import Received
-from shared.messages import AgentStatus, ArmLease, CameraGeometry, ClockOffset, MarkerCorners, PlatformState, Sample
+from shared.messages import (
+    AgentStatus,
+    ArmLease,
+    CameraGeometry,
+    ClockOffset,
+    MarkerCorners,
+    PlatformState,
+    RunEvent,
+    Sample,
+    TiltCommand,
+)
 from station.app.commands import run as command
 from station.app.display.choice import display_of
 from station.app.display.json_lines import JsonLinesDisplay
@@ -84,6 +95,23 @@ def test_mean_and_sd_are_those_of_the_kept_samples_by_direction(tmp_path: Path) 
     assert (moment.done, found.direction, found.count) == (4, 2, 2)
     assert found.mean_deg == pytest.approx(20.0535, abs=1e-3)
     assert found.sd_deg == pytest.approx(4.0514, abs=1e-3)
+
+
+def test_a_direction_is_told_with_its_azimuth(tmp_path: Path) -> None:
+    watch = Watched(PLAN, tmp_path / "a.mcap", seconds=Clock())
+    for sample in (Sample(direction=2, onset_angle_rad=0.3), Sample(direction=-1, onset_angle_rad=0.3)):
+        watch.take(Received("session/sample", 1, sample))
+    watch.take(Received("arm/tilt_command", 2, TiltCommand(direction=-1, azimuth_rad=math.radians(137), angle_rad=0.1)))
+    assert watch.moment().azimuth_deg == pytest.approx(137.0)
+    assert {one.direction: one.azimuth_deg for one in watch.moment().by_direction} == {
+        -1: None,
+        2: pytest.approx(180.0),
+    }
+    panel = told(watch)
+    assert "free (137°)" in panel
+    assert "2 (180°)" in panel
+    watch.take(Received("session/event", 3, RunEvent(phase="LEVEL")))
+    assert (watch.moment().direction, watch.moment().azimuth_deg) == (None, None)
 
 
 def test_the_time_left_is_that_of_the_samples_so_far(tmp_path: Path) -> None:

@@ -41,7 +41,9 @@ from station.app.serve.jobs import KINDS, Program, words_of
 from station.app.serve.server import PageServer
 from station.app.serve.sessions import Files
 from station.app.serve.shelf import Shelf
+from station.recording.opening import open_file
 from station.sampling.plan import Plan
+from tests.unit.diagnosis.recorded import GOLDEN
 from tests.unit.view import session
 
 TOKEN = "t" * 43
@@ -355,6 +357,16 @@ def test_the_list_has_recordings_and_what_was_made_of_them(tmp_path: Path, backe
     (tmp_path / "recordings" / "three.mcap.partial").write_bytes(b"")
     listed = {one["name"]: one["pages"] for one in backend.shelf.listed()}
     assert listed == {"one.mcap": ["diagnosis"], "recordings/two.mcap": []}
+
+
+def test_a_recording_is_listed_with_its_own_start_and_not_with_that_of_its_file(tmp_path: Path) -> None:
+    copied, damaged = tmp_path / "copied.mcap", tmp_path / "damaged.mcap"
+    copied.write_bytes(GOLDEN.read_bytes())
+    damaged.write_bytes(b"1234")
+    listed = {one["name"]: one for one in Shelf(tmp_path).listed()}
+    assert listed["copied.mcap"]["started_s"] == pytest.approx(1e-9 * open_file(GOLDEN).start_ns)
+    assert listed["copied.mcap"]["mode"] == "lockstep"
+    assert listed["damaged.mcap"]["started_s"] is None
 
 
 @pytest.mark.parametrize("kind", KINDS)

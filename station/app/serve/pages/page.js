@@ -18,7 +18,21 @@ function element(name, text = "", attributes = {}) {
   return made;
 }
 
-const directionOf = (number) => (number === null ? "–" : number < 0 ? "free" : String(number));
+const counted = (number, what) => `${number} ${what}${number === 1 ? "" : "s"}`;
+
+// A direction by its number, with the azimuth of the tilting axis where that is known.
+function directionOf({ direction: number, azimuth_deg: azimuth }) {
+  const name = number === null ? "–" : number < 0 ? "free" : String(number);
+  return azimuth === null ? name : `${name} (${azimuth.toFixed(0)}°)`;
+}
+
+// Local time as YYYY-MM-DD HH:MM; a simulation of a whole session has a clock of its own.
+function startOf({ started_s: seconds, mode }) {
+  if (seconds === null) return "–";
+  const at = new Date(1000 * seconds), two = (number) => String(number).padStart(2, "0");
+  const day = [at.getFullYear(), two(at.getMonth() + 1), two(at.getDate())].join("-");
+  return `${day} ${two(at.getHours())}:${two(at.getMinutes())}${mode === "lockstep" ? " (simulated)" : ""}`;
+}
 const figure = (value, digits = 2) => (value === null ? "–" : value.toFixed(digits));
 const timeOf = (seconds) => (seconds < 120 ? `${seconds.toFixed(0)} s` : `${(seconds / 60).toFixed(0)} min`);
 
@@ -26,7 +40,7 @@ const timeOf = (seconds) => (seconds < 120 ? `${seconds.toFixed(0)} s` : `${(sec
 
 function phaseOf(now) {
   const starting = now.own && now.own.running;
-  if (!now.running) return starting ? "starting" : now.ended ? `the session has ended with ${now.done} samples` : "no session";
+  if (!now.running) return starting ? "starting" : now.ended ? `the session has ended with ${counted(now.done, "sample")}` : "no session";
   const waiting = now.paused && (now.phase === "DONE" || now.phase === "ABORTED" || now.phase === "START");
   return waiting ? "paused, the plate is level" : `run ${now.run}: ${PHASES[now.phase] || now.phase}${now.paused ? ", pausing after it" : ""}`;
 }
@@ -44,7 +58,7 @@ function showSession(now) {
   byId("notes").textContent = now.notes.map((note) => `Note: ${note}.`).join(" ");
   byId("notes").hidden = now.notes.length === 0;
   byId("state").textContent = phaseOf(now);
-  byId("direction").textContent = directionOf(now.direction);
+  byId("direction").textContent = directionOf(now);
   byId("tilt").textContent = now.tilt_deg === null ? "–" : `${now.tilt_deg.toFixed(2)}°`;
   const seen = now.moved_px !== null && now.threshold_px !== null;
   byId("moved").max = seen ? now.threshold_px : 1;
@@ -84,7 +98,7 @@ function showHealth(now) {
   byId("health").replaceChildren(...healthOf(now));
   const rows = now.by_direction.map((one) => {
     const row = element("tr");
-    row.append(...[directionOf(one.direction), one.count, figure(one.mean_deg), figure(one.sd_deg)].map((t) => element("td", t)));
+    row.append(...[directionOf(one), one.count, figure(one.mean_deg), figure(one.sd_deg)].map((t) => element("td", t)));
     return row;
   });
   document.querySelector("#directions tbody").replaceChildren(...rows);
@@ -100,7 +114,7 @@ function showSamples({ session: number, samples }) {
     const row = element("tr", "", { "data-run": sample.run });
     const remarks = [...(sample.censored ? ["no slip"] : []), ...sample.flags].join(", ");
     const onset = `${sample.censored ? "> " : ""}${figure(sample.onset_deg)}`;
-    row.append(...[sample.run, directionOf(sample.direction), onset, remarks].map((text) => element("td", text)));
+    row.append(...[sample.run, directionOf(sample), onset, remarks].map((text) => element("td", text)));
     body.prepend(row);
   }
   while (body.rows.length > SHOWN_RUNS) body.lastChild.remove();
@@ -176,8 +190,7 @@ function rowOf(file) {
     const href = `/made/${kind}/${file.name.split("/").map(encodeURIComponent).join("/")}`;
     made.append(element("a", kind, { href, target: "_blank" }), " ");
   }
-  const when = new Date(1000 * file.changed_s).toLocaleString();
-  row.append(element("td", file.name), element("td", when), element("td", `${(file.bytes / 1e6).toFixed(1)} MB`), doing, made);
+  row.append(element("td", file.name), element("td", startOf(file)), element("td", `${(file.bytes / 1e6).toFixed(1)} MB`), doing, made);
   return row;
 }
 
@@ -185,7 +198,7 @@ function showJob(job) {
   byId("job").hidden = job === null;
   if (job === null) return;
   const words = job.running ? "running" : job.status === 0 ? "done" : job.status === 1 ? "done, with findings" : "failed";
-  byId("job-title").textContent = `${job.kind} of ${job.recording}: ${words}`;
+  byId("job-title").textContent = `${new Map(ACTIONS).get(job.kind)} of ${job.recording}: ${words}`;
   byId("job-end").hidden = !job.running;
   showLines("job-lines", job.lines);
 }
