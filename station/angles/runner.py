@@ -47,7 +47,7 @@ class Runner:
         self._fault = ""
 
     def step(self) -> Batch:
-        """Opens the source if it is due, takes what it has, and judges it."""
+        """Opens the source if it is due, takes what it has, and says what is wrong with it."""
         notes: list[Note] = []
         readings = self._read(notes)
         now_ns = self._clock.now_ns()

@@ -1,4 +1,4 @@
-"""Judges one source: silent, jumping, unreadable. Each episode gives one clear sentence, and one when it is over."""
+"""Watches one source: silent, jumping, unreadable. Each episode gives one clear sentence, and one when it is over."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class _Episode:
 
 
 class Watch:
-    """The judge of one source; times are the station's clock in nanoseconds."""
+    """The watch over one source, which refuses no reading; times are the station's clock in nanoseconds."""
 
     def __init__(self, name: str, *, settings: SourceSettings, silent_s: float) -> None:
         self._name, self._settings, self._silent_ns = name, settings, round(silent_s * 1e9)

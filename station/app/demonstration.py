@@ -196,4 +196,4 @@ def _improvement(found: Diagnosis) -> list[str]:
     before, after = found.fit.before.path_median_mm, found.fit.after.path_median_mm
     if not np.isfinite([before, after]).all():
         return []
-    return [f"Held-out runs: median error of a simulated slide {before:.2f} mm before, {after:.2f} mm after"]
+    return [f"Held-out runs: median path error {before:.2f} mm before, {after:.2f} mm after"]

@@ -89,21 +89,27 @@ PLAUSIBLE = Threshold(
 
 # These weigh the candidates.
 NONE = Threshold(
-    0.5, meaning="Prior probability that nothing is left to find.", how="Belief: each answer as likely as the other."
+    0.5,
+    meaning="Prior probability that nothing is left to find.",
+    how="A prior by hand: each answer is as likely as the other.",
 )
 SINGLE = Threshold(
     0.365,
     meaning="Prior probability of one effect with a name, shared out evenly.",
-    how="Belief; the four add up to 1.",
+    how="A prior by hand; the four add up to 1.",
 )
-PAIR = Threshold(0.12, meaning="Prior probability of two effects, shared out evenly.", how="Belief: a third of SINGLE.")
+PAIR = Threshold(
+    0.12, meaning="Prior probability of two effects, shared out evenly.", how="A prior by hand: a third of SINGLE."
+)
 OTHER = Threshold(
-    0.015, meaning="Prior probability of something without a name, shared out evenly.", how="Belief: a 24th of SINGLE."
+    0.015,
+    meaning="Prior probability of something without a name, shared out evenly.",
+    how="A prior by hand: a 24th of SINGLE.",
 )
 LEAST_COST = Threshold(
     2.0,
     unit="2 ln L",
-    meaning="A shape that nothing tells, or that is at its bound, costs so much.",
+    meaning="A shape that nothing identifies, or that is at its bound, costs so much.",
     how="Akaike's penalty of a number: of two laws that agree the simpler one is named.",
 )
 SWAP = Threshold(
@@ -160,7 +166,7 @@ BELIEVED = Threshold(
 # These are the systematic floors of the measurements.
 FRICTION_TRUSTED = Threshold(
     0.003,
-    meaning="By less friction no effect is told, however many runs say so.",
+    meaning="No effect is identified by less friction, however many runs show it.",
     how="0.06° at a tilt of 20°: what attitude, clock and the corners of a tilt's course leave open.",
     shown=EDITED,
 )
@@ -358,13 +364,13 @@ LEAST_PLACES_M = Threshold(
 MOST_MISTAKEN = Threshold(
     3e-2,
     meaning="A run is called tipped by mistake at most so often (three smaller chances beside it).",
-    how="Belief.",
+    how="A prior by hand; no reason is on record.",
     shown="pytest tests/recovery/test_tipping.py",
 )
 WIDEST_TIP = Threshold(
     0.08,
     meaning="A block's own tipping angle scatters by at most so much (three smaller ones beside it), relative.",
-    how="Belief: a side of 10 mm that stands on 9.2 mm.",
+    how="A prior by hand: a side of 10 mm that stands on 9.2 mm.",
     shown="pytest tests/recovery/test_tipping.py",
 )
 

@@ -45,7 +45,7 @@ _NUMERICS = ("id", "size", "unit", "before", "after", "cured_by")
 
 
 def _last_digit(size: float) -> int:
-    """The last of three digits of an artefact's size, to which what is left of it is told, too: 0.00 and not 6e-14."""
+    """The last of three digits of an artefact's size; what is left of it is rounded to it, too: 0.00 and not 6e-14."""
     return 2 - math.floor(math.log10(abs(size))) if size and math.isfinite(size) else 2
 
 

@@ -21,7 +21,7 @@ def _said(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "untestable":
         return f"Nothing can be tested with this recording: {untestable_because(diagnosis)}"
     claimed = {side: claimed_effects(diagnosis, side) for side in ("recording", "both", "simulation")}
-    baseline = "the simulation" if diagnosis.given else "one constant friction"
+    baseline = "the simulation" if diagnosis.given else "a simulation with one constant friction"
     parts = [words.format(_names(claimed[side]), baseline=baseline) for side, words in _CLAIMS.items() if claimed[side]]
     level = any(one.name == "mu_s" for one in diagnosis.differs)
     unseen = tuple(effect for effect in diagnosis.effects if effect.verdict == "untestable")
@@ -87,7 +87,7 @@ def own_level(rerun: Mapping[str, Any]) -> str:
 
 _CLAIMS: dict[Side, str] = {
     "both": "recording and simulation differ in {}",
-    "recording": "{baseline} leaves out {}",
+    "recording": "the recording shows {}, which {baseline} leaves out",
     "simulation": "only the simulation has {}",
 }
 

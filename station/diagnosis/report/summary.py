@@ -155,8 +155,8 @@ def _fit(diagnosis: Diagnosis) -> Text:
         _number(f"log score {{}} a {singular(diagnosis)}", fit.log_score_gain, fit.gain_se, sign=True),
         _number(as_expected("{}"), fit.gap_closed, fit.gap_closed_se),
         _change(fit, "onset_median_deg", "median onset error", "°"),
-        _change(fit, "path_median_mm", "median error of simulated slides", " mm"),
-        _change(fit, "turn_median_deg", "of their yaw", "°") if fit.changes("turn_median_deg") else "",
+        _change(fit, "path_median_mm", "median path error", " mm"),
+        _change(fit, "turn_median_deg", "median yaw error", "°") if fit.changes("turn_median_deg") else "",
         _change(fit, "coverage90", "90 % intervals hold", " of the onsets"),
     ]
     shown = [part for part in parts if part]

@@ -182,7 +182,7 @@ def test_a_temperature_that_rose_with_the_runs_is_never_wear_alone(by: str, seed
     assert set(claimed.class_ids) == {"wear", "other"}
     assert claimed.other_by == "temperature"
     said = sentence(found)
-    assert said.startswith("One constant friction leaves out either ")
+    assert said.startswith("The recording shows either ")
     assert "a change with the temperature" in said
     plan = found.next_experiment
     assert plan is not None

@@ -13,6 +13,7 @@ import pytest
 from scipy.stats import binomtest
 
 from station.__main__ import main
+from station.app.front.text import as_text
 from station.diagnosis import thresholds
 from station.diagnosis.diagnose import Examined, examined
 from station.diagnosis.report import html, scores
@@ -22,6 +23,7 @@ from station.diagnosis.report.page import html_page
 from station.diagnosis.report.picture_data import ChannelPicture, PictureData, Spot
 from station.diagnosis.report.plate_map import plate_map
 from station.diagnosis.report.sentences import sentence
+from station.diagnosis.report.summary import summary
 from station.diagnosis.report.what import what
 from station.diagnosis.result import Located, Stretch, Value, rounded
 from station.pages.figure import kept_in
@@ -316,3 +318,18 @@ def test_numbers_have_no_power_of_ten() -> None:
     text = Page(html_page(replace(found.diagnosis, numerics=(check,)), found.pictures)).text
     assert "solver_creep 0.610 mm 0.610 0.000 cone" in text
     assert [rounded(value, 2) for value in (321.0, -0.00123, 0.17, 0.0)] == ["320", "-0.0012", "0.17", "0"]
+
+
+def test_one_thing_has_one_name_on_the_terminal_and_in_the_report() -> None:
+    """The error of a simulated slide's path had two, and what a plain simulation leaves out read as a telegram."""
+    found = grained().diagnosis
+    quality = replace(found.fit.before, path_median_mm=1.14, path_rmse_mm=2.0)
+    found = replace(found, fit=replace(found.fit, before=quality, after=quality))
+    printed = as_text([summary(found)])
+    assert "median path error 1.14" in " ".join(printed.split())
+    assert "the median path error stays at 1.14 mm" in headline(found)
+    wanted = "The recording shows either object_anisotropy, plate_anisotropy or a change with the"
+    assert wanted in " ".join(printed.split())
+    assert ", which a simulation with one constant friction leaves out." in sentence(found)
+    given = replace(found, given=True)
+    assert ", which the simulation leaves out" in sentence(given)
