@@ -13,11 +13,12 @@ from station.view import colours
 DIRECTION = "direction_deg"
 """The timeline that stands for the direction. It knows whole numbers only; the bar chart has the bins' exact places."""
 _MEAN, _COUNT = "fig7/mean", "fig7/samples"
+_LEAST_MARGIN_DEG = 1.0
 
 
 def bins_of(pair: Pair) -> Bins:
-    """The bins of the kept slides, folded to 180° as the paper does."""
-    return by_direction(pair.kept.paper_rad, pair.kept.theta_rad)
+    """The bins of the kept slides' angles of repose in degrees, folded to 180° as the paper does."""
+    return by_direction(pair.kept.paper_rad, np.degrees(pair.kept.theta_rad))
 
 
 def draw(recording: rr.RecordingStream, root: str, pair: Pair) -> None:
@@ -29,7 +30,7 @@ def draw(recording: rr.RecordingStream, root: str, pair: Pair) -> None:
     recording.log(f"{root}/{_COUNT}", bars, static=True)
     if not bins.count.any():
         return
-    looks = rr.Measurements.columns(colors=[colours.TILT], widths=[2.0], names=["θ, band: 1 sd"], units=["rad"])
+    looks = rr.Measurements.columns(colors=[colours.TILT], widths=[2.0], names=["θ, band: 1 sd"], units=["°"])
     recording.send_columns(f"{root}/{_MEAN}", indexes=[], columns=looks)
     # Nothing at both ends, so that the axis begins at 0 and ends at 180. A bin without samples breaks the line.
     places = rr.TimeColumn(DIRECTION, sequence=[0, *np.rint(middle_deg).astype(int).tolist(), 180])
@@ -46,10 +47,10 @@ def views(root: str, pair: Pair, *, title: str) -> rrb.Container:
     bins = bins_of(pair)
     spread = np.where(np.isnan(bins.sd), 0.0, bins.sd)
     low, high = (0.0, 1.0) if not bins.count.any() else (np.nanmin(bins.mean - spread), np.nanmax(bins.mean + spread))
-    margin = max(0.5 * (high - low), 0.02)
+    margin = max(0.5 * (high - low), _LEAST_MARGIN_DEG)
     band = rrb.TimeSeriesView(
         origin=f"{root}/{_MEAN}",
-        name=f"{title}: θ (rad) by direction against the object (°)",
+        name=f"{title}: θ (°) by direction against the object (°)",
         axis_y=rrb.ScalarAxis(range=(max(0.0, low - margin), high + margin)),
         plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop),
     )

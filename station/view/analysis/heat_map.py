@@ -12,12 +12,13 @@ from station.friction.drawing import centres_px, image_size_px
 from station.friction.pairs import Pair
 
 _PATCHES = "fig8/patches"
+_LEAST_RANGE_DEG = 0.5
 
 
 def patches_of(pair: Pair) -> Array:
-    """Mean θ (rad) of the kept slides in each patch, (rows, columns); 0 where there is no sample, as in the paper."""
+    """Mean θ (°) of the kept slides in each patch, (rows, columns); 0 where there is no sample, as in the paper."""
     kept = pair.kept
-    means = heat_map(centres_px(kept.pre_px), kept.theta_rad, size_px=image_size_px(pair.slides))
+    means = heat_map(centres_px(kept.pre_px), np.degrees(kept.theta_rad), size_px=image_size_px(pair.slides))
     return np.nan_to_num(means, nan=0.0)
 
 
@@ -26,9 +27,9 @@ def draw(recording: rr.RecordingStream, root: str, pair: Pair) -> None:
     patches = patches_of(pair)
     low, high = _range(patches)
     # The scale begins below the lowest value, so that no patch with samples is as black as one without.
-    floor = low - 0.25 * max(high - low, 0.01)
+    floor = low - 0.25 * max(high - low, _LEAST_RANGE_DEG)
     names = [f"y / {PATCH_PX} px", f"x / {PATCH_PX} px"]
-    tensor = rr.Tensor(patches.astype(np.float32), dim_names=names, value_range=(floor, max(high, floor + 1e-6)))
+    tensor = rr.Tensor(patches.astype(np.float32), dim_names=names, value_range=(floor, max(high, floor + 1e-4)))
     recording.log(f"{root}/{_PATCHES}", tensor, static=True)
 
 
@@ -37,7 +38,7 @@ def view(root: str, pair: Pair, *, title: str) -> rrb.View:
     low, high = _range(patches_of(pair))
     return rrb.TensorView(
         origin=f"{root}/{_PATCHES}",
-        name=f"{title}: θ by place, {low:.3f} (dark) to {high:.3f} rad (bright); black: no sample",
+        name=f"{title}: θ by place, {low:.2f}° (dark) to {high:.2f}° (bright); black: no sample",
         scalar_mapping=rrb.TensorScalarMapping(colormap="Inferno", mag_filter="Nearest"),
         view_fit="FillKeepAspectRatio",
     )

@@ -53,7 +53,7 @@ def written(full: PairResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_bands_are_the_bins_means_and_variances(full: PairResult, written: Path) -> None:
     found, kept = columns(written), full.pair.kept
-    bins = by_direction(kept.paper_rad, kept.theta_rad)
+    bins = by_direction(kept.paper_rad, np.degrees(kept.theta_rad))
     values = np.array(found[f"{ROOT}/fig7/mean", "Measurements:values"]).ravel()
     np.testing.assert_allclose(values[1:-1], bins.mean)
     assert np.isnan(values[[0, -1]]).all()
@@ -71,7 +71,7 @@ def test_the_heat_map_is_a_tensor_of_patches_with_nought_where_there_is_no_sampl
 ) -> None:
     kept = full.pair.kept
     tensor = columns(written)[f"{ROOT}/fig8/patches", "Tensor:data"][0][0]
-    expected = heat_map(kept.pre_px.mean(axis=1), kept.theta_rad, size_px=(600, 600))
+    expected = heat_map(kept.pre_px.mean(axis=1), np.degrees(kept.theta_rad), size_px=(600, 600))
     np.testing.assert_allclose(np.reshape(tensor["buffer"], tensor["shape"]), np.nan_to_num(expected), rtol=1e-6)
 
 
@@ -86,7 +86,7 @@ def test_every_kept_slide_is_a_dot_of_its_direction_with_its_run_beside_it(
         place = f"{ROOT}/fig9/{span}/tilted_about_{number * 90}_deg"
         x, y = np.array(found[place, "Points2D:positions"][0]).T
         chosen = kept.sector == number
-        np.testing.assert_allclose(np.hypot(x, y), kept.theta_rad[chosen], rtol=1e-5)
+        np.testing.assert_allclose(np.hypot(x, y), np.degrees(kept.theta_rad[chosen]), rtol=1e-5)
         np.testing.assert_allclose(np.cos(np.arctan2(-y, x) - direction[chosen]), 1, atol=1e-9)
         labels = found[place, "Points2D:labels"][0]
         assert [label.split(":")[0] for label in labels] == [f"run {run}" for run in kept.run[chosen]]
