@@ -53,7 +53,9 @@ def _run(words: list[str]) -> int:
         if words and name == words[0]:
             asked, command = sub, importlib.import_module(module)
             sub.description = command.__doc__
-            sub.epilog = ending(one=getattr(command, "ONE", ""), example=command.EXAMPLE)
+            sub.epilog = ending(
+                one=getattr(command, "ONE", ""), stopped=getattr(command, "STOPPED", ""), example=command.EXAMPLE
+            )
             command.add_arguments(sub)
             sub.set_defaults(action=command.run)
     options, unknown = parser.parse_known_args(words)

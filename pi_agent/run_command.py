@@ -17,6 +17,7 @@ from shared.system.signals import until_stopped
 from shared.zenoh_bus import ZenohBus
 
 EXAMPLE = "pi-agent run --rig rig.toml"
+STOPPED = "0 once it runs"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

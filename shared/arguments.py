@@ -69,11 +69,13 @@ class Parser(argparse.ArgumentParser):
             raise
 
 
-def ending(*, one: str, example: str) -> str:
-    """The end of a command's help: its exit statuses (`one` says what 1 means; empty: there is none) and an example."""
-    statuses = (
-        f"Exit status: 0: done;{f' 1: {one};' if one else ''} 2: a mistake in what was asked; 130: stopped by Ctrl-C."
-    )
+def ending(*, one: str, example: str, stopped: str = "") -> str:
+    """The end of a command's help: its exit statuses and an example.
+
+    `one` says what 1 means (empty: there is none), `stopped` what Ctrl-C gives where that is not 130.
+    """
+    by_one, but = (f" 1: {one};" if one else ""), (f", but {stopped}" if stopped else "")
+    statuses = f"Exit status: 0: done;{by_one} 2: a mistake in what was asked; 130: stopped by Ctrl-C{but}."
     return f"{statuses}\n\nExample:\n  {example}"
 
 

@@ -26,7 +26,8 @@ station measures friction from it. Without hardware, `station rig` runs the whol
 shows how a concealed effect is found."""
 _STATUS = """\
 Exit status: 0: done; 1: done, with findings or a fault that is said; 2: a mistake in what was asked; 130: stopped by
-Ctrl-C. `station COMMAND --help` explains a command and ends with an example."""
+Ctrl-C, where the command has nothing to bring to its end. `station COMMAND --help` explains a command, says what Ctrl-C
+gives there, and ends with an example."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -60,7 +61,7 @@ def _run(words: list[str], files: dict[str, Path]) -> int | None:
         if words and words[0] == name:
             asked, modules[name] = sub, _imported(f"station.app.commands.{path.stem}")
             sub.description = f"{modules[name].__doc__}{_longer(name, files)}"
-            sub.epilog = ending(one=_constant(path, "ONE"), example=_constant(path, "EXAMPLE"))
+            sub.epilog = ending(**{said: _constant(path, said.upper()) for said in ("one", "stopped", "example")})
             modules[name].add_arguments(sub)
     options, unknown = parser.parse_known_args(words)
     if unknown:

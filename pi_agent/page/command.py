@@ -29,6 +29,7 @@ from shared.system.signals import until_stopped
 from shared.zenoh_bus import ZenohBus
 
 EXAMPLE = "pi-agent serve --rig rig.toml"
+STOPPED = "0 once it serves"
 PORT = 8788
 FRAMES = 120
 _POLL_S = 0.1

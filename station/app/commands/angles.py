@@ -20,6 +20,7 @@ from station.app import assembly
 NAME = "angles"
 HELP = "read the angle sensors and publish them"
 EXAMPLE = "station angles --rig rig.toml"
+STOPPED = "0 once it is on the bus"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -14,6 +14,7 @@ from station.rig.tilt import DIRECTIONS, azimuth_of_direction
 NAME = "arm"
 HELP = "run the arm agent: driver and safety gate on the bus"
 EXAMPLE = "station arm --rig rig.toml"
+STOPPED = "0 once it is on the bus"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,7 +31,7 @@ def run(options: argparse.Namespace) -> int:
         agent = arm_agent(bus, settings)
         for direction in range(DIRECTIONS):  # solved now, not in the middle of the first tick that needs it
             agent.tilter.path(azimuth_of_direction(direction))
-        print(f"The arm agent of rig '{rig.id}' ({settings.driver}) is on the bus at {rig.bus.arm}.", flush=True)
         with loop.signals(requests):
+            print(f"The arm agent of rig '{rig.id}' ({settings.driver}) is on the bus at {rig.bus.arm}.", flush=True)
             loop.run(agent, bus=bus, clock=clock, requests=requests)
     return 0

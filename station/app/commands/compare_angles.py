@@ -47,6 +47,7 @@ NAME = "compare-angles"
 HELP = "compare the angle sensors (the paper's Table I and Fig. 3)"
 EXAMPLE = "station compare-angles --lockstep --out angles.mcap"
 ONE = "the comparison ended early"
+STOPPED = "1 while it compares on the bus"
 _RETURN_S = 2.0
 """The longest that the end waits for the events to come back from the bus, and so to the recorder."""
 _TICK_S = 0.004

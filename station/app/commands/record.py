@@ -22,6 +22,7 @@ NAME = "record"
 HELP = "record what is on the bus, without running a session"
 EXAMPLE = "station record --rig rig.toml"
 ONE = "recording stopped by itself: the disk is full, or a write failed"
+STOPPED = "0 once it records"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -35,6 +35,7 @@ from station.view.setup import Setup, Threshold, setup_from_poses, setup_of
 NAME = "replay"
 HELP = "show a recording (or a running session) in Rerun, or play it back onto the bus"
 EXAMPLE = "station replay sim.mcap"
+STOPPED = "0 with --live or --bus once it is on the bus"
 _POSES = 50_000
 _CONNECT_S = 1.0
 _GONE_NS = 10_000_000_000

@@ -29,6 +29,7 @@ NAME = "rig"
 HELP = "the whole simulated rig from one command"
 EXAMPLE = "station rig --samples 5"
 ONE = "the session ended before its plan was carried out; the recording is whole"
+STOPPED = "1 once the session has begun"
 HELPERS = frozenset({"camera", "arm", "twin"})
 _START_S = 60.0
 """Helpers come up within 2 s, and on a machine that does ten things besides not within 4 s

@@ -40,6 +40,7 @@ NAME = "run"
 HELP = "run a session and record it"
 EXAMPLE = "station run --lockstep --samples 500 --seed 1 --out sim.mcap"
 ONE = "the session ended before its plan was carried out; the recording is whole"
+STOPPED = "1 once the session has begun"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

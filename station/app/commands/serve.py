@@ -29,6 +29,7 @@ from station.app.serve.sessions import Files
 NAME = "serve"
 HELP = "a page in the browser: the running session with its controls, and the recordings of a folder"
 EXAMPLE = "station serve --rig rig.toml"
+STOPPED = "0 once it serves"
 PORT = 8787
 _POLL_S = 0.1
 

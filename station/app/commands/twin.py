@@ -16,6 +16,7 @@ from station.simulators.mujoco.twin import Twin
 NAME = "twin"
 HELP = "simulate arm, plate and block (MuJoCo) on the bus"
 EXAMPLE = "station twin --rig rig.toml"
+STOPPED = "0 once it is on the bus"
 SCENES_A_FRAME = 2
 """The synthetic camera takes its frames at the moments of scenes, so their rate is a multiple of the camera's."""
 
@@ -44,8 +45,8 @@ def run(options: argparse.Namespace) -> int:
     with ZenohBus.of("twin", rig, clock=clock) as bus:
         world = assembly.twin_world(rig, seed=options.seed, start_ns=clock.now_ns())
         twin = Twin(bus, world)
-        print(f"The twin of rig '{rig.id}' is on the bus at {rig.bus.twin}.", flush=True)
         with until_stopped() as stopped:
+            print(f"The twin of rig '{rig.id}' is on the bus at {rig.bus.twin}.", flush=True)
             for now_ns in paced(clock, bus, rate_hz=tick_rate_hz(rig.camera.rate_hz), stopped=stopped):
                 twin.tick(now_ns)
     return 0

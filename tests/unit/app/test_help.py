@@ -75,3 +75,16 @@ def test_what_exit_status_1_means_is_in_the_help_and_in_the_page(name: str, caps
     assert bool(told[1]) == bool(re.search(r"\b(return|else) 1\b|\bexit_status\(", source))
     page = (Path(__file__).parents[3] / "station/README.md").read_text(encoding="utf-8")
     assert (f"| `{name}` | {told[1]} |" in page) == bool(told[1])
+
+
+@pytest.mark.parametrize("name", commands())
+def test_what_ctrl_c_gives_is_in_the_help_and_in_the_page(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """A command that hears Ctrl-C itself says in its file what it gives then, and the page has the same words."""
+    with pytest.raises(SystemExit, match="0"):
+        main([*name.split(), "--help"])
+    told = re.search(r"; 130: stopped by Ctrl-C(?:, but (.*?))?\. Example:", " ".join(capsys.readouterr().out.split()))
+    assert told
+    source = commands()[name].read_text(encoding="utf-8")
+    assert bool(told[1]) == bool(re.search(r"\b(until_stopped|stop_by_signal|handling|loop\.signals)\(", source))
+    page = (Path(__file__).parents[3] / "station/README.md").read_text(encoding="utf-8")
+    assert (f"| `{name}` | {told[1]} |" in page) == bool(told[1])
