@@ -7,16 +7,23 @@ simulators of one's own are loaded from folders that one's own rig file or the c
 from __future__ import annotations
 
 import contextlib
+import math
 from dataclasses import replace
 
 from shared.config import Table, table_of
 from shared.errors import UserError
-from shared.rig import RigConfig, rig_of_table
+from shared.rig import CameraConfig, RigConfig, rig_of_table
 from shared.visible import visible
 from station.recording.reader import RecordingReader
 
 SIMULATED_FROM = "simulated_from"
 """The key in a session's metadata under which one that was simulated again names the recorded one."""
+
+TOLD_AT_DEG = 20.0
+"""The tilt, degrees, at which a sag is told: near it the steel block of the simulated rig begins to slide."""
+
+_NO_SAG_PX = 1e6
+"""Pixels from which on a number in a stranger's file is no sag: no picture is as wide."""
 
 
 def attached_table(reader: RecordingReader, name: str) -> Table | None:
@@ -47,7 +54,19 @@ def attached_rig(reader: RecordingReader) -> RigConfig | None:
 
 def planted_in(rig: RigConfig | None) -> tuple[str, ...]:
     """A note on what a simulated rig conceals on purpose, if its file says so."""
-    return (f"the rig is a simulation: {visible(rig.planted)}",) if rig and rig.planted else ()
+    if rig is None or not rig.planted:
+        return ()
+    return (f"the rig is a simulation: {visible(rig.planted)}{_sag_at_onset(rig.camera)}",)
+
+
+def _sag_at_onset(camera: CameraConfig) -> str:
+    """The sag of a simulated camera in px and in mm, at a tilt that is reached; empty if it does not sag."""
+    upright_px = camera.options.values.get("sag_px")
+    if not isinstance(upright_px, int | float) or not 0.0 < abs(upright_px) < _NO_SAG_PX:
+        return ""
+    shift_px = upright_px * math.sin(math.radians(TOLD_AT_DEG))
+    on_plate = f"{shift_px / camera.px_per_mm:.2f} mm on the plate"
+    return f" (at {TOLD_AT_DEG:g}° the picture moves by {shift_px:.1f} px, {on_plate})"
 
 
 def planted_in_recording(reader: RecordingReader) -> tuple[str, ...]:

@@ -57,6 +57,6 @@ def test_a_command_that_computes(tmp_path: Path):
 
 
 def test_a_command_that_computes_a_session(tmp_path: Path):
-    """Of what was simulated until then the table is printed: the session has begun, and ends early."""
+    """The session has begun, and ends early with the table of what was simulated until then."""
     words = ("--lockstep", "--samples", "9999", "--seed", "1", "--out", str(tmp_path / "session.mcap"))
     assert stopped(start("station", "run", *words), at="samples in") == told("station", "run") == 1

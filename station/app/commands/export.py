@@ -24,6 +24,7 @@ import numpy as np
 from shared.errors import UserError
 from shared.visible import visible
 from station.app import exported_model
+from station.app.analysing import notes_of
 from station.app.exporting import print_unsupported, write_files
 from station.app.sessions import read_session
 from station.export import Format, ModelFormat, export, export_formats, model_formats
@@ -31,7 +32,7 @@ from station.export.from_samples import pair_of_slides
 from station.export.materials import RULES, shared_materials
 from station.export.measured import MeasuredPair
 from station.export.reading import read_pairs
-from station.friction.pairs import pairs_of
+from station.friction.pairs import Session, pairs_of
 
 NAME = "export"
 HELP = "write measured friction, or a model, for MuJoCo, Gazebo, Bullet, Drake, USD, NumPy, JSON or CSV"
@@ -70,7 +71,8 @@ def run(options: argparse.Namespace) -> int:
     if any(path.suffix == ".toml" for path in options.files):
         return _export_model(options)
     formats = _formats(options.format or "json")
-    pairs, refused = _measured(options.files, seed=options.seed)
+    sessions = [read_session(path) for path in options.files if path.suffix != ".json"]
+    pairs, refused = _measured(options.files, sessions, seed=options.seed)
     for sentence in refused:
         print(visible(sentence))
     if not pairs:
@@ -80,6 +82,8 @@ def run(options: argparse.Namespace) -> int:
     print_unsupported(files)
     if len(pairs) > 1:
         _tell_shared(pairs)
+    for note in notes_of(sessions):
+        print(f"\nNote: {note}")
     return 1 if refused else 0
 
 
@@ -113,10 +117,9 @@ def _names(words: str, known: Sequence[str]) -> list[str]:
 # --- reading ----------------------------------------------------------------------------------------------------------
 
 
-def _measured(paths: Sequence[Path], *, seed: int) -> tuple[list[MeasuredPair], list[str]]:
+def _measured(paths: Sequence[Path], sessions: Sequence[Session], *, seed: int) -> tuple[list[MeasuredPair], list[str]]:
     """The pairs of all files, and sentences about those that have no friction to export."""
     curves = [read_pairs(path) for path in paths if path.suffix == ".json"]
-    sessions = [read_session(path) for path in paths if path.suffix != ".json"]
     rng = np.random.default_rng(seed)
     found = [pair for each in curves for pair in each.pairs]
     refused = [sentence for each in curves for sentence in each.refused]

@@ -22,6 +22,7 @@ from shared.errors import UserError
 from shared.installed import missing_as_user_error
 from shared.rig import RigConfig
 from station.app import assembly, recordings
+from station.app.attached import planted_in
 from station.app.claim import claim_arm, session_name
 from station.app.display.choice import Display, display_of
 from station.app.lockstep import Lockstep
@@ -73,7 +74,8 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _display(console: Console, rig: RigConfig, plan: Plan, path: Path, *, json_lines: bool) -> Display:
-    return display_of(console, plan, path, json_lines=json_lines, nominal_hz=rig.camera.rate_hz)
+    notes = planted_in(rig)
+    return display_of(console, plan, path, json_lines=json_lines, nominal_hz=rig.camera.rate_hz, notes=notes)
 
 
 def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path, tilter: Tilter) -> int:

@@ -16,6 +16,7 @@ from rich.console import Console
 from shared.errors import UserError
 from shared.messages import Sample
 from shared.visible import visible
+from station.app.attached import planted_in_recording
 from station.app.foam import free_of_foam_m
 from station.app.many.dataset import sampling
 from station.app.many.named import Chosen
@@ -55,9 +56,9 @@ def run(args: argparse.Namespace) -> int:
     if args.digest:
         print(digest(open_recording(file)))
         return 0
-    samples, note = _read(file)
+    samples, notes = _read(file)
     show(samples, terminal, source=found.names[0], ends=len(samples) if args.all else ENDS)
-    if note:
+    for note in notes:
         terminal.print(visible(note), markup=False)
     for path in (args.csv, args.parquet):
         if path is not None:
@@ -66,12 +67,14 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _read(file: Path) -> tuple[tuple[Sample, ...], str]:
-    """The samples in a file, and a sentence on what is in their place in a recording and is none."""
+def _read(file: Path) -> tuple[tuple[Sample, ...], tuple[str, ...]]:
+    """The samples in a file, and sentences on what is in their place and is none, and on what the rig conceals."""
     if file.suffix != ".mcap":
-        return read_samples(file), ""
+        return read_samples(file), ()
     reader = open_recording(file)
-    return reader.samples(), left_out(reader.malformed)
+    samples, malformed = reader.samples(), left_out(reader.malformed)
+    planted = (f"Note: {note}" for note in planted_in_recording(reader))
+    return samples, (*((malformed,) if malformed else ()), *planted)
 
 
 def _many(found: Chosen, args: argparse.Namespace) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Protocol, Self
@@ -47,11 +48,22 @@ class Display(Protocol):
         ...
 
 
-def display_of(console: Console, plan: Plan, path: Path, *, json_lines: bool, nominal_hz: float = 0.0) -> Display:
-    """The display of a session that is recorded to `path`; `nominal_hz` is the rate of the rig's camera."""
+def display_of(
+    console: Console,
+    plan: Plan,
+    path: Path,
+    *,
+    json_lines: bool,
+    nominal_hz: float = 0.0,
+    notes: Sequence[str] = (),
+) -> Display:
+    """The display of a session that is recorded to `path`; `nominal_hz` is the rate of the rig's camera.
+
+    `notes` on the rig are told to scripts at the start; on the terminal they stand in the summary at the end.
+    """
     watched = Watched(plan, path, nominal_hz=nominal_hz)
     if json_lines:
-        return JsonLinesDisplay(sys.stdout, watched, path=path, total=plan.samples)
+        return JsonLinesDisplay(sys.stdout, watched, path=path, total=plan.samples, notes=notes)
     if console.is_terminal:
         return PanelDisplay(console, watched)
     return PlainDisplay(console, total=plan.samples)

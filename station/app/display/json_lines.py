@@ -2,7 +2,7 @@
 
 | event | when | fields |
 |---|---|---|
-| start | first | recording, total |
+| start | first | recording, total, notes (what a simulated rig conceals on purpose) |
 | phase | a phase begins | time_ns, run, phase, reason |
 | sample | a run is over | time_ns, run, direction, onset_deg, onset_sigma_deg, censored, flags |
 | status | about once a second | those of `Moment`: tilt, distance to the threshold, samples by direction, health |
@@ -17,7 +17,7 @@ from __future__ import annotations
 import json
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TextIO
@@ -34,15 +34,23 @@ class JsonLinesDisplay:
     """Writes the lines to a stream, each at once."""
 
     def __init__(
-        self, out: TextIO, watched: Watched, *, path: Path, total: int, seconds: Callable[[], float] = time.monotonic
+        self,
+        out: TextIO,
+        watched: Watched,
+        *,
+        path: Path,
+        total: int,
+        notes: Sequence[str] = (),
+        seconds: Callable[[], float] = time.monotonic,
     ) -> None:
+        """`notes` are told at the start."""
         self._out, self._watched, self._path, self._total, self._seconds = out, watched, path, total, seconds
-        self._last_s = seconds()
+        self._notes, self._last_s = list(notes), seconds()
         self._samples = 0
 
     def __enter__(self) -> JsonLinesDisplay:
         """Says what begins."""
-        self._write("start", recording=str(self._path), total=self._total)
+        self._write("start", recording=str(self._path), total=self._total, notes=self._notes)
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -9,10 +9,12 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import RenderableType
+from rich.text import Text
 
 from shared.errors import UserError
 from shared.messages import Sample
 from shared.rig import RigConfig
+from station.app.attached import planted_in_recording
 from station.app.foam import free_of_foam_m
 from station.app.front import columns
 from station.app.front.page import fragment, html_table
@@ -155,7 +157,12 @@ class Recording:
         return as_text(self._shown())
 
     def _shown(self) -> Sequence[RenderableType]:
-        return [self._about(), *([directions_table(self.every_sample)] if self.every_sample else [])]
+        table = [directions_table(self.every_sample)] if self.every_sample else []
+        return [self._about(), *table, *map(Text, self._notes())]
+
+    def _notes(self) -> list[str]:
+        """Notes on what a simulated rig conceals on purpose."""
+        return [f"Note: {note}" for note in planted_in_recording(self.reader)]
 
     def _about(self) -> str:
         runs = len(self.every_sample)
@@ -170,7 +177,7 @@ class Recording:
 
     def _repr_html_(self) -> str:
         """The same with a figure, for a notebook."""
-        parts = [pieces.paragraph(self._about())]
+        parts = [pieces.paragraph(line) for line in (self._about(), *self._notes())]
         if self.every_sample:
             from station.app.front.figures import onsets_by_run  # noqa: PLC0415  # matplotlib is slow to load
 

@@ -18,6 +18,7 @@ from urllib.parse import quote
 
 from shared.errors import UserError
 from shared.messages import Sample
+from station.app.attached import planted_in_recording
 from station.app.foam import free_of_foam_m
 from station.app.many.each import Kept, Result
 from station.app.many.key import digest_of
@@ -57,7 +58,7 @@ def sampling(*, out: Path | None, with_digest: bool) -> Command:
 def sampled(path: Path, name: str, *, dataset: Kept | None, with_digest: bool) -> Result:
     """A recording's samples: where they come from, how many there are, and the file that now holds them.
 
-    `left_out` are payloads by topic that stand in the place of samples and are none.
+    `left_out` are payloads by topic that stand in the place of samples and are none, `notes` what the rig conceals.
     """
     reader = open_recording(path) if path.name.endswith((".mcap", ".mcap.partial")) else None
     samples, content = reader.samples() if reader else read_samples(path), digest_of(path)
@@ -70,6 +71,7 @@ def sampled(path: Path, name: str, *, dataset: Kept | None, with_digest: bool) -
         "runs": len(samples),
         "kept": sum(is_kept(sample) for sample in samples),
         "left_out": dict(reader.malformed) if reader else {},
+        "notes": list(planted_in_recording(reader)) if reader else [],
     }
     if with_digest and reader is not None:
         facts["digest"] = digest(reader)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import shutil
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -12,11 +13,13 @@ from mcap.reader import McapReader, make_reader
 from mcap.records import Channel, Message, Schema
 from mcap.writer import Writer
 
+import station
+from shared.config import Table
 from shared.errors import UserError
 from shared.rig import load_rig
 from station.__main__ import main
 from station.app import assembly
-from station.app.attached import attached_rig, attached_table, effects_left_out, planted_in_recording
+from station.app.attached import attached_rig, attached_table, effects_left_out, planted_in, planted_in_recording
 from station.app.summary import print_summary
 from station.recording.for_viewers import for_viewers
 from station.recording.reader import open_recording
@@ -235,11 +238,33 @@ def test_what_a_simulated_rig_conceals_is_announced_wherever_its_session_is_show
     path = forged(tmp_path / "planted.mcap", rig=rig)
     print_summary(path)
     shown = [capsys.readouterr().out]
-    for words in (["doctor", str(path)], ["analyze", str(path)], ["analyze", "*.mcap"]):
+    for words in (
+        *(["doctor", str(path)], ["analyze", str(path)], ["analyze", "*.mcap"], ["samples", str(path)]),
+        *(["samples", str(path), "--json"], ["export", str(path)]),
+    ):
         main(words)
         shown.append(capsys.readouterr().out)
-    assert [one.count("its floor is warm") for one in shown] == [1, 1, 1, 1]
+    shown.append(repr(station.open(path)))
+    shown.append(station.open(path)._repr_html_())  # pyright: ignore[reportPrivateUsage]
+    assert [one.count("its floor is warm") for one in shown] == [1] * 9
     assert (tmp_path / "analysis" / "report.html").read_text("utf-8").count("its floor is warm") == 1
+
+
+def test_a_sag_is_told_in_mm_at_a_tilt_that_is_reached() -> None:
+    """The law of the effect gives 12 px × sin(20°) = 4.1 px, and with 8 px/mm half a millimetre."""
+    rig = load_rig(assembly.simulated_rig_path())
+    finer = replace(rig, camera=replace(rig.camera, px_per_mm=8.0))
+    (said,), (said_finer,) = planted_in(rig), planted_in(finer)
+    assert "12 px when the plate is upright" in said
+    assert said.endswith("(at 20° the picture moves by 4.1 px, 0.68 mm on the plate)")
+    assert said_finer.endswith("4.1 px, 0.51 mm on the plate)")
+
+
+@pytest.mark.parametrize("sag_px", [0.0, float("nan"), float("inf"), 10**400, "much", [1.0]])
+def test_a_sag_that_is_none_is_not_told(sag_px: object) -> None:
+    rig = load_rig(assembly.simulated_rig_path())
+    camera = replace(rig.camera, options=Table({"sag_px": sag_px}))
+    assert planted_in(replace(rig, camera=camera)) == (f"the rig is a simulation: {rig.planted}",)
 
 
 def test_a_rig_that_cannot_be_read_announces_nothing(tmp_path: Path) -> None:

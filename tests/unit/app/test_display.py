@@ -303,6 +303,8 @@ def test_a_script_gets_one_object_a_line_and_nothing_else(tmp_path: Path, capsys
     words = ["--lockstep", "--samples", "2", "--seed", "1", "--json-lines", "--out", str(out)]
     assert command.run(parser.parse_args(words)) == 0
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    (note,) = lines[0].pop("notes")
+    assert "its camera sags" in note
     assert lines[0] == {"event": "start", "recording": str(out), "total": 2}
     assert lines[-1] == {"event": "end", "recording": str(out), "samples": 2, "fault": ""}
     phases = [line["phase"] for line in lines if line["event"] == "phase" and line["run"] == 1]

@@ -20,6 +20,7 @@ def test_it_prints_what_was_recorded() -> None:
     said = repr(station.open(str(GOLDEN)))
     assert said.startswith(f"{GOLDEN}: 3 samples; 26.9 s from 2020-09-13 12:26:40 UTC")
     assert "22.39" in said
+    assert "Note: the rig is a simulation: the mount of its camera sags" in said
     assert max(map(len, said.splitlines()[1:])) <= 120
 
 
