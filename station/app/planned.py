@@ -36,6 +36,11 @@ def recorded_plan(reader: RecordingReader) -> str:
     return text
 
 
+def made_in_lockstep(reader: RecordingReader) -> bool:
+    """True if the session ran in simulated time, for which no agent had to be there."""
+    return reader.metadata.get("session", {}).get("mode") == "lockstep"
+
+
 def write_plan(plan: NextExperiment | None, path: Path) -> str:
     """Writes the plan file if there is a plan; the sentence that says so, or why there is none.
 
@@ -49,7 +54,7 @@ def write_plan(plan: NextExperiment | None, path: Path) -> str:
         path.write_text(plan.plan, encoding="utf-8")
     except OSError as error:
         raise UserError(f"Expected to write the plan to {path}, but that failed: {error.strerror}") from error
-    return f"Plan: {path}\nRun it:  station run --plan {path}"
+    return f"Plan: {path}\nRun it:  {plan.command(str(path))}"
 
 
 def _merged(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:

@@ -261,7 +261,8 @@ class NextExperiment:
     that the session's own diagnosis tells the rivals apart, `log_odds` the expected log odds of the true one; `sd` is
     the standard error that is expected of the main number if it stands alone. What does not apply is nan. `changed` are
     the tables of the plan that differ from the recording's. `tells_apart` are the groups of ids that the plan tells
-    from each other: within a group it promises nothing.
+    from each other: within a group it promises nothing. `lockstep` is True if the recording was made in simulated time,
+    as the next session is then.
     """
 
     separates: tuple[tuple[str, ...], ...]
@@ -274,6 +275,11 @@ class NextExperiment:
     sd: float = math.nan
     changed: tuple[str, ...] = ()
     tells_apart: tuple[tuple[str, ...], ...] = ()
+    lockstep: bool = False
+
+    def command(self, path: str) -> str:
+        """The command that runs the plan file at `path`."""
+        return f"station run {'--lockstep ' if self.lockstep else ''}--plan {path}"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -155,5 +155,5 @@ def next_lines(diagnosis: Diagnosis) -> list[str]:
         return ["No further experiment is called for."]
     if not plan.plan:
         return [f"Next: {plan.why}."]
-    do = f"station diagnose {diagnosis.recording} --plan next.toml; station run --plan next.toml"
+    do = f"station diagnose {diagnosis.recording} --plan next.toml; {plan.command('next.toml')}"
     return [f"Next: {plan.runs} runs; {plan.why}.", f"  {do}"]

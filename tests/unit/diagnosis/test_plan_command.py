@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -9,11 +10,16 @@ import pytest
 import tomli_w
 
 from station.__main__ import main
+from station.app.diagnosing import diagnose_file
 from station.app.planned import upon, write_plan
 from station.app.recordings import plan_toml
+from station.diagnosis.diagnose import Examined
 from station.diagnosis.next_experiment.changes import SINGLE, Change
 from station.diagnosis.result import NextExperiment
+from station.recording.writer import Recording
 from station.sampling.plan import Plan, TiltPlan, load_plan
+from tests.unit.diagnosis.tables import grained
+from tests.unit.recording import session
 
 CHANGED = NextExperiment(
     separates=(("contact_aging", "wear"),), runs=40, why="dwell at random tells contact_aging from wear",
@@ -59,6 +65,34 @@ def test_what_a_plan_leaves_open_stays_as_recorded(tmp_path: Path) -> None:
     plan = load_plan(path)
     assert (plan.samples, plan.tilt.rate_deg_s, plan.tilt.hold_s, plan.dwell.max_s) == (40, 8.0, 0.5, 30.0)
     assert path.read_text().startswith("# dwell at random\n")
+
+
+def test_what_was_made_in_simulated_time_goes_on_in_it(tmp_path: Path) -> None:
+    """A live session needs agents, which nobody who has only simulated has started."""
+    path, simulated = tmp_path / "plan.toml", replace(CHANGED, lockstep=True)
+    assert write_plan(CHANGED, path).endswith(f"station run --plan {path}")
+    assert write_plan(simulated, path).endswith(f"station run --lockstep --plan {path}")
+
+
+@pytest.mark.parametrize("mode", ["live", "lockstep", "import"])
+def test_the_recording_says_if_it_was_made_in_simulated_time(
+    mode: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = grained()
+
+    def searched(*_: object, **__: object) -> Examined:
+        return found
+
+    def recommended(*_: object) -> Examined:
+        return replace(found, diagnosis=replace(found.diagnosis, next_experiment=CHANGED))
+
+    monkeypatch.setattr("station.app.diagnosing.examined", searched)
+    monkeypatch.setattr("station.app.diagnosing.recommended", recommended)
+    path = tmp_path / "session.mcap"
+    Recording(path, provenance=session.provenance(mode=mode)).close()
+    plan = diagnose_file(path).diagnosis.next_experiment
+    assert plan is not None
+    assert plan.lockstep == (mode == "lockstep")
 
 
 def test_a_recorded_plan_has_no_list_that_is_empty() -> None:

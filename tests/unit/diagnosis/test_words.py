@@ -133,3 +133,11 @@ def test_the_next_step_ends_with_a_full_stop() -> None:
     bare = NextExperiment(separates=(), plan="", runs=0, why="the same loads in random order")
     for plan in (found.next_experiment, bare, None):
         assert re.search(r"[^.]\.$", next_lines(replace(found, next_experiment=plan))[0])
+
+
+def test_the_next_step_of_a_simulated_session_is_simulated() -> None:
+    found = grained().diagnosis
+    plan = NextExperiment(separates=(), plan="samples = 40\n", runs=40, why="more runs")
+    for lockstep, run in ((False, "station run --plan next.toml"), (True, "station run --lockstep --plan next.toml")):
+        lines = next_lines(replace(found, next_experiment=replace(plan, lockstep=lockstep)))
+        assert lines[1].endswith(f"; {run}")
