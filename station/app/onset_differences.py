@@ -25,6 +25,21 @@ def difference(recorded: Sequence[Sample], simulated: Sequence[Sample]) -> list[
     return [*lines, *in_sum(recorded, simulated)]
 
 
+def of_scatter(share: float, *, drawn: bool) -> list[str]:
+    """A sentence on what a scatter of friction, relative to its mean, does to a comparison of runs.
+
+    A run was tilted until it slid, so that a simulation of it with more friction than it had ends before its onset.
+    """
+    if share == 0.0:
+        return []
+    has = "draws another for each run" if drawn else "has its mean"
+    return [
+        f"Friction scatters by {100 * share:.2g} % from run to run and the simulation {has}: tilted no further than "
+        "recorded, a run that had less friction than in the simulation may not slide there, and one that had more "
+        "slides there earlier"
+    ]
+
+
 def in_sum(recorded: Sequence[Sample], simulated: Sequence[Sample]) -> list[str]:
     """The mean difference over all runs, and how many of them slid on one side only."""
     pairs = _pairs(recorded, simulated)

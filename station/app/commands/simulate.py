@@ -12,7 +12,6 @@ import argparse
 from pathlib import Path
 
 from station.app.front.simulation import simulate
-from station.app.onset_differences import difference
 from station.simulators.simulator import names
 
 NAME = "simulate"
@@ -47,7 +46,7 @@ def run(args: argparse.Namespace) -> int:
         args.file, args.model, plant=args.plant, simulator=args.simulator, rig=args.rig, seed=args.seed
     )
     count = simulated.write(args.out)
-    print("\n".join(difference(simulated.recorded.signals.samples, simulated.every_sample)))
+    print("\n".join(simulated.apart))
     print(f"{args.out}: {count} messages, {len(simulated.every_sample)} runs simulated by {args.simulator}")
     print(f"Look at it:  station replay {args.out}")
     return 0

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import tomli_w
 from rich.console import RenderableType
+from rich.text import Text
 
 from shared.errors import UserError
 from shared.installed import missing_as_user_error
@@ -20,7 +21,7 @@ from station.app.attached import SIMULATED_FROM
 from station.app.front.page import fragment
 from station.app.front.recording import FilePath, Recording, opened, path_of
 from station.app.front.table import Table
-from station.app.onset_differences import difference, in_sum
+from station.app.onset_differences import difference, in_sum, of_scatter
 from station.app.planting import plain_model
 from station.app.planting import plant as planted
 from station.app.simulated_recording import write_simulated
@@ -75,7 +76,8 @@ def simulate(
     said = {SIMULATED_FROM: Path(recorded.name).name, "simulator": simulator}
     if seed is not None:
         said["simulation_seed"] = str(seed)
-    return Simulated(recorded, signals, rig=config, said=said, model_toml=text)
+    scatter = 0.0 if isinstance(engine, OwnFriction) else chosen.scatter
+    return Simulated(recorded, signals, rig=config, said=said, model_toml=text, scatter=scatter)
 
 
 def _model(model: FilePath | Mapping[str, Any], rig: RigConfig) -> tuple[Model, str]:
@@ -99,14 +101,24 @@ class Simulated(Recording):
     """
 
     def __init__(
-        self, recorded: Recording, signals: Signals, *, rig: RigConfig, said: Mapping[str, str], model_toml: str
+        self,
+        recorded: Recording,
+        signals: Signals,
+        *,
+        rig: RigConfig,
+        said: Mapping[str, str],
+        model_toml: str,
+        scatter: float = 0.0,
     ) -> None:
-        """Takes what was simulated; `said` and `model_toml` go into the recording that `write` makes."""
+        """Takes what was simulated; `said` and `model_toml` go into the recording that `write` makes.
+
+        `scatter` is that of the model's friction from run to run, relative to its mean.
+        """
         super().__init__(recorded.reader)
         self.recorded = recorded
         self.signals = signals
         self.every_sample = signals.samples
-        self._rig, self._said, self._model_toml = rig, said, model_toml
+        self._rig, self._said, self._model_toml, self._scatter = rig, said, model_toml, scatter
 
     @property
     def name(self) -> str:
@@ -136,7 +148,15 @@ class Simulated(Recording):
         )  # fmt: skip
 
     def _shown(self) -> Sequence[RenderableType]:
-        return [f"{self.name}:", *difference(*self._both)]
+        return [f"{self.name}:", *map(Text, self.apart)]
+
+    @property
+    def apart(self) -> list[str]:
+        """Lines that say how far the simulated onsets are from the recorded ones, and what is to be expected."""
+        return [*difference(*self._both), *self._expected()]
+
+    def _expected(self) -> list[str]:
+        return of_scatter(self._scatter, drawn="simulation_seed" in self._said)
 
     @property
     def _both(self) -> tuple[Sequence[Sample], Sequence[Sample]]:
@@ -147,6 +167,6 @@ class Simulated(Recording):
         from station.app.front.figures import again  # noqa: PLC0415  # matplotlib is slow to load
 
         paths = poses_of(self.recorded.signals), poses_of(self.signals)
-        lines = [self.name, *in_sum(*self._both)]
+        lines = [self.name, *in_sum(*self._both), *self._expected()]
         with made_by(f"station.simulate({self.recorded.name!r}, model)"):
             return fragment(*map(pieces.paragraph, lines), again(*self._both, paths))

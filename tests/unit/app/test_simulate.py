@@ -17,8 +17,8 @@ GOLDEN = Path(__file__).parents[2] / "golden" / "session.mcap"
 MODEL = "[friction]\nmu_s = 0.3464\n"
 
 
-def simulated(folder: Path, *options: str) -> RecordingReader:
-    (folder / "model.toml").write_text(MODEL)
+def simulated(folder: Path, *options: str, model: str = MODEL) -> RecordingReader:
+    (folder / "model.toml").write_text(model)
     out = folder / f"sim{len(options)}.mcap"
     words = ["simulate", str(GOLDEN), "--model", str(folder / "model.toml"), "--out", str(out), *options]
     assert main(words) == 0
@@ -81,6 +81,21 @@ def test_an_unknown_simulator_is_named(tmp_path: Path, capsys: pytest.CaptureFix
     words = ["simulate", str(GOLDEN), "--model", str(tmp_path / "model.toml"), "--out", str(tmp_path / "sim.mcap")]
     assert main([*words, "--simulator", "bullet"]) == 2
     assert "planar" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "has"), [((), "has its mean"), (("--seed", "3"), "draws another for each run")], ids=["mean", "drawn"]
+)
+def test_it_says_what_scatter_does_to_the_comparison(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: tuple[str, ...], has: str
+) -> None:
+    """Half of the runs that do not slide looks like a failure, and is what a model with the right mean gives."""
+    simulated(tmp_path, *options)
+    assert "scatters" not in capsys.readouterr().out
+    (tmp_path / "scattered").mkdir()
+    simulated(tmp_path / "scattered", *options, model=f"{MODEL}scatter = 0.06\n")
+    said = capsys.readouterr().out
+    assert said.count(f"Friction scatters by 6 % from run to run and the simulation {has}: ") == 1
 
 
 def test_many_runs_are_summed_up() -> None:

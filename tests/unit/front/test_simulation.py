@@ -54,6 +54,13 @@ def test_the_differences_are_simulated_less_recorded() -> None:
     assert simulated.recorded is recorded
 
 
+def test_it_says_what_scatter_does_to_the_comparison() -> None:
+    simulated = station.simulate(GOLDEN, {"friction": {"mu_s": 0.36, "scatter": 0.06}})
+    assert "Friction scatters by 6 % from run to run" in repr(simulated)
+    assert max(map(len, repr(simulated).splitlines()[1:])) <= 120
+    assert "Friction scatters by 6 %" in simulated._repr_html_()  # pyright: ignore[reportPrivateUsage]
+
+
 def test_the_recording_stays_as_it_was() -> None:
     recorded = station.open(GOLDEN)
     before = {name: column.copy() for name, column in recorded.corners.to_numpy().items()}
