@@ -79,7 +79,7 @@ def ending(*, one: str, example: str, stopped: str = "") -> str:
     return f"{statuses}\n\nExample:\n  {example}"
 
 
-def nearest(word: str, known: Iterable[str]) -> str:
-    """The question whether the nearest known word was meant; empty if none is near."""
-    near = difflib.get_close_matches(word, list(known), n=1)
-    return f"; did you mean {near[0]}?" if near else ""
+def nearest(word: str, known: Iterable[str], *, most: int = 1) -> str:
+    """The question whether one of the nearest known words, `most` at most, was meant; empty if none is near."""
+    near = difflib.get_close_matches(word, list(known), n=most)
+    return f"; did you mean {', '.join(near)}?" if near else ""

@@ -30,6 +30,11 @@ def plant(words: Iterable[str], model: Model, known: Catalogue) -> Model:
     return model_of_table(table, known)
 
 
+def effects_meant(name: str, known: Catalogue) -> str:
+    """The end of a sentence on an effect that is none: the nearest ones, or where they are listed."""
+    return nearest(name, known, most=3) or "; `station effects` lists them"
+
+
 def plain_model(samples: Sequence[Sample]) -> Model:
     """One constant friction without scatter: the median of tan(onset) of the runs that slid.
 
@@ -48,8 +53,7 @@ def _read(word: str, known: Catalogue) -> tuple[Effect, str, float]:
     if not name or not number:
         raise UserError(f"Expected ID=VALUE or ID.PARAMETER=VALUE, such as kinetic_drop=0.3, got '{word}'")
     if identifier not in known:
-        hint = nearest(identifier, known) or "; `station effects` lists them"
-        raise UserError(f"Expected an effect of the catalogue, got '{identifier}'{hint}")
+        raise UserError(f"Expected an effect of the catalogue, got '{identifier}'{effects_meant(identifier, known)}")
     effect = known[identifier]
     try:
         return effect, parameter or effect.parameters[0].name, float(number)

@@ -15,9 +15,9 @@ from typing import Any
 from rich.console import Console
 
 from shared import config
-from shared.arguments import nearest
 from shared.errors import UserError
 from shared.rig import load_rig
+from station.app.planting import effects_meant
 from station.physics.catalogue import Catalogue, catalogue_of_table
 from station.physics.effect import Effect
 from station.physics.parameter import Parameter
@@ -54,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _named(name: str, known: Catalogue) -> Effect:
     if name not in known:
-        raise UserError(f"Expected an effect's id, got '{name}'{nearest(name, known)}")
+        raise UserError(f"Expected an effect's id, got '{name}'{effects_meant(name, known)}")
     return known[name]
 
 

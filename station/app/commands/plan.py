@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from difflib import get_close_matches
 from pathlib import Path
 
 from shared.config import Table
@@ -16,6 +15,7 @@ from shared.errors import UserError
 from shared.rig import load_rig
 from station.app.commands.diagnose import diagnose_file
 from station.app.planned import write_plan
+from station.app.planting import effects_meant
 from station.diagnosis.next_experiment.plan import separate
 from station.diagnosis.result import NextExperiment
 from station.physics.catalogue import Catalogue, catalogue_of_table
@@ -71,8 +71,7 @@ def chosen(text: str, known: Catalogue) -> Sequence[Effect]:
         raise UserError("Expected ids of effects after --separate, such as contact_aging,wear, got none")
     for name in names:
         if name not in known:
-            near = get_close_matches(name, known, n=3) or sorted(known)
-            raise UserError(f"Expected ids of effects after --separate, got '{name}'; did you mean {', '.join(near)}?")
+            raise UserError(f"Expected ids of effects after --separate, got '{name}'{effects_meant(name, known)}")
         if known[name].layer == "numerics":
             raise UserError(
                 f"Expected effects that a recording can show after --separate, got '{name}', which is the simulator's "

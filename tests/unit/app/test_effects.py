@@ -39,6 +39,9 @@ def test_as_json_it_is_the_catalogue(capsys: pytest.CaptureFixture[str]) -> None
     assert drop["parameters"] == [{"name": "drop", "unit": "1", "low": 0.0, "high": 0.6, "typical": 0.1, "null": 0.0}]
 
 
-def test_an_unknown_one_is_named(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["effects", "stribek"]) == 2
-    assert "got 'stribek'; did you mean stribeck?" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("name", "hint"), [("stribek", "did you mean stribeck?"), ("nope", "`station effects` lists them")]
+)
+def test_an_unknown_one_gets_a_hint(name: str, hint: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["effects", name]) == 2
+    assert capsys.readouterr().err.endswith(f"Expected an effect's id, got '{name}'; {hint}\n")

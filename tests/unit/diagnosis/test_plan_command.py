@@ -105,6 +105,7 @@ def test_a_recorded_plan_has_no_list_that_is_empty() -> None:
     ("words", "expected"),
     [
         (["--separate", "weer"], "did you mean wear"),
+        (["--separate", "a,b"], "got 'a'; `station effects` lists them\n"),
         (["--separate", " , "], "got none"),
         (["--separate", "solver_creep"], "simulator's own"),
         (["--separate", "wear", "--mu", "-1"], "friction coefficient between 0 and 5"),
