@@ -26,6 +26,7 @@ from shared.visible import visible
 from station.app import exported_model
 from station.app.analysing import notes_of
 from station.app.exporting import print_unsupported, write_files
+from station.app.sentences import print_sentence
 from station.app.sessions import read_session
 from station.export import Format, ModelFormat, export, export_formats, model_formats
 from station.export.from_samples import pair_of_slides
@@ -83,7 +84,8 @@ def run(options: argparse.Namespace) -> int:
     if len(pairs) > 1:
         _tell_shared(pairs)
     for note in notes_of(sessions):
-        print(f"\nNote: {note}")
+        print()
+        print_sentence(f"Note: {note}")
     return 1 if refused else 0
 
 

@@ -29,6 +29,7 @@ from station.app.lockstep import Lockstep
 from station.app.notify.telling import telling
 from station.app.pixels import pixel_camera
 from station.app.processes import stop_by_signal
+from station.app.sentences import print_sentence
 from station.app.signature import keys_folder, signature_path
 from station.app.summary import print_summary
 from station.arm.tilter import Tilter
@@ -174,5 +175,5 @@ def _close(path: Path, fault: str, display: Display, *, json_lines: bool) -> int
         print_summary(path)
     finally:  # also when what was recorded cannot be read: this is why
         if fault:
-            print(f"The session ended early: {fault}", flush=True)
+            print_sentence(f"The session ended early: {fault}")
     return 1 if fault else 0

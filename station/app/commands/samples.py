@@ -24,6 +24,7 @@ from station.app.many.options import add_files, add_out, add_spreading, chosen_b
 from station.app.many.remote import local
 from station.app.many.shown import exit_status
 from station.app.sample_tables import ENDS, directions_table, samples_table
+from station.app.sentences import print_sentence
 from station.recording.malformed import left_out
 from station.recording.reader import digest, open_recording
 from station.recording.tables import read_samples, write_samples
@@ -59,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
     samples, notes = _read(file)
     show(samples, terminal, source=found.names[0], ends=len(samples) if args.all else ENDS)
     for note in notes:
-        terminal.print(visible(note), markup=False)
+        print_sentence(visible(note))
     for path in (args.csv, args.parquet):
         if path is not None:
             write_samples(samples, path, more=free_of_foam_m(samples, file))

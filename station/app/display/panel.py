@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import textwrap
+from collections.abc import Sequence
+
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
 from rich.panel import Panel
@@ -11,12 +14,15 @@ from rich.text import Text
 
 from shared.bus import Bus
 from station.app.display.moment import Direction, Health, Moment
-from station.app.display.watched import Watched
+from station.app.display.watched import LINES, Watched
 from station.app.progress import duration_text
 
 REFRESH_HZ = 4
 """Drawings a second: as many as one can read; each takes some 5 ms."""
 _BAR = 40
+_WIDTH = 78
+_FRAME = 4
+"""Columns of the panel's borders and of the room beside them."""
 
 
 class PanelDisplay:
@@ -67,8 +73,22 @@ def rendered(moment: Moment) -> RenderableType:
         health.add_row(*_health(part))
     parts: list[RenderableType] = [now, Text(), _directions(moment.by_direction), Text(), health]
     if moment.lines:
-        parts += [Text(), *(Text(line, style="dim", no_wrap=True, overflow="ellipsis") for line in moment.lines)]
-    return Panel(Group(*parts), title=_title(moment), title_align="left", width=78)
+        parts += [Text(), *(Text(row, style="dim") for row in _log(moment.lines))]
+    return Panel(Group(*parts), title=_title(moment), title_align="left", width=_WIDTH)
+
+
+def _log(lines: Sequence[str]) -> list[str]:
+    """The newest lines, broken between words, in as many rows as lines are kept; the newest is whole all the same.
+
+    A remedy stands at the end of its sentence, and a low terminal has no further rows.
+    """
+    rows: list[str] = []
+    for line in reversed(lines):
+        broken = textwrap.wrap(line, _WIDTH - _FRAME, break_on_hyphens=False)
+        if rows and len(rows) + len(broken) > LINES:
+            break
+        rows = [*broken, *rows]
+    return rows
 
 
 def _title(moment: Moment) -> str:
@@ -123,7 +143,7 @@ def _directions(found: tuple[Direction, ...]) -> RenderableType:
 
 def _health(part: Health) -> tuple[RenderableType, RenderableType]:
     sign, style = ("–", "dim") if part.off else ("✓", "green") if part.well else ("!", "bold red")
-    return Text(f"{sign} {part.part}", style=style), Text(part.text, no_wrap=True, overflow="ellipsis")
+    return Text(f"{sign} {part.part}", style=style), Text(part.text)
 
 
 def _direction(number: int | None, azimuth_deg: float | None) -> str:

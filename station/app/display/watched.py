@@ -41,7 +41,8 @@ TOPICS = (
 )
 SILENT_S = 2.0
 """A part that was not heard for longer is said to be silent: camera and arm report many times a second."""
-_LINES = 4
+LINES = 4
+"""Lines of the log that are kept."""
 _CORNERS = 4
 """The corners of a mark."""
 _WITHIN_A_PHASE = frozenset({"STEP_BEGIN", "STEP_END", "SYNC"})
@@ -72,7 +73,7 @@ class Watched:
         self._arm_fault, self._arm_stopped = "", ""
         self._paused = False
         self._reference = ReferenceTracker()
-        self._lines: deque[str] = deque(maxlen=_LINES)
+        self._lines: deque[str] = deque(maxlen=LINES)
 
     def attach(self, bus: Bus) -> None:
         """Listens to the topics that it needs."""

@@ -12,6 +12,7 @@ import shutil
 import struct
 import subprocess
 import sys
+import textwrap
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,6 +26,7 @@ from shared.messages import (
     CameraGeometry,
     ClockOffset,
     MarkerCorners,
+    MotionReport,
     PlatformState,
     RunEvent,
     Sample,
@@ -37,6 +39,7 @@ from station.app.display.moment import Health
 from station.app.display.panel import PanelDisplay, rendered
 from station.app.display.plain import PlainDisplay
 from station.app.display.watched import SILENT_S, Watched
+from station.app.sentences import print_sentence
 from station.sampling.plan import Plan
 from tests.unit.view import session
 
@@ -244,6 +247,36 @@ def test_the_panel_has_everything_in_the_height_of_a_terminal(tmp_path: Path) ->
     assert "warning: line 8" in panel
     assert "line 4" not in panel
     assert panel.count("\n") <= 24
+
+
+FAULT = (
+    "the arm agent does not answer: look at its terminal, press the red button if the plate is tilted, and start it "
+    "again with: station arm --rig rig.toml"
+)
+
+
+def test_the_panel_has_a_fault_with_its_remedy_in_whole_words(tmp_path: Path) -> None:
+    """An ellipsis hid what to do, which stands at the end."""
+    watch = watched(tmp_path, until_s=session.SLIP_S - 0.2)
+    for number in range(9):
+        watch.line("info", f"line {number}")
+    watch.line("error", FAULT)
+    watch.take(Received("arm/motion", 1, MotionReport(fault=FAULT)))
+    panel = told(watch)
+    for words in (*FAULT.split(), "error:", "line 8"):
+        assert re.search(rf"\s{re.escape(words)}\s", panel), words
+    assert "…" not in panel
+    assert " ".join(panel.replace("│", " ").split()).count(FAULT) == 2
+    assert panel.count("\n") <= 24
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals on Windows")
+def test_a_sentence_is_broken_between_words_on_a_terminal_and_nowhere_else(capsys: pytest.CaptureFixture[str]) -> None:
+    code = f"from station.app.sentences import print_sentence; print_sentence({FAULT!r})"
+    shown = in_terminal([sys.executable, "-c", code], lines=40)
+    assert [line.strip() for line in shown.splitlines()] == textwrap.wrap(FAULT, 100)
+    print_sentence(FAULT)
+    assert capsys.readouterr().out == f"{FAULT}\n"
 
 
 def test_the_display_follows_from_where_it_is_shown(tmp_path: Path) -> None:
