@@ -69,6 +69,7 @@ def _leaning(true: Values, _truth: Truth, _rig: RigConfig) -> Values:
 
 
 EXACT: Mapping[str, Map] = {
+    "stribeck": Map(_numbers(drop="weak_drop", speed_m_s="weak_speed"), "Bo and Pavelka's fall, the law with tail 0"),
     "viscous": Map(_numbers(drag_n_s_m="film"), "the same force", at_its_mass),
     "wear": Map(_polish, "the same exponential, one run later"),
     "one_way_friction": Map(_nap, "the same share, by the way that the bristles bend"),
@@ -87,7 +88,6 @@ EXACT: Mapping[str, Map] = {
     "rolling_shutter": Map(_numbers(readout_s="readout_s"), "the same read-out"),
 }
 INEXACT: Mapping[str, str] = {
-    "stribeck": "Bo and Pavelka's exponent is drawn",
     "kinetic_drop": "slip weakening, over some micrometres",
     "rate_strengthening": "asinh in place of a logarithm with a cut-off",
     "contact_aging": "contacts are renewed by slip as well",
