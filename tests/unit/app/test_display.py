@@ -312,7 +312,9 @@ def in_terminal(words: list[str], *, lines: int) -> str:
 
     ours, theirs = pty.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", lines, 100, 0, 0))
-    environment = {**os.environ, "TERM": "xterm-256color"}
+    # The terminal's own size counts, and not that of the one in which the tests were begun.
+    environment = {name: value for name, value in os.environ.items() if name not in ("COLUMNS", "LINES")}
+    environment |= {"TERM": "xterm-256color"}
     program = subprocess.Popen(words, stdin=theirs, stdout=theirs, stderr=theirs, env=environment)
     os.close(theirs)
     printed = bytearray()
