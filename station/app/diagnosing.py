@@ -14,7 +14,7 @@ from shared.config import Table
 from shared.errors import UserError
 from shared.rig import RigConfig, load_rig
 from station.app.attached import planted_in
-from station.app.planned import made_in_lockstep, recorded_plan, upon
+from station.app.planned import NO_PLAN, RecordedPlan, upon
 from station.app.setting import setting_of
 from station.app.simulated_again import simulated_again
 from station.app.simulating import rig_of
@@ -61,7 +61,7 @@ def diagnose_file(
     """
     began = time.monotonic()
     if path.suffix in TABLES:
-        config, simulation, plan, lockstep = load_rig(rig) if rig else None, simulate, "", False
+        config, simulation, plan = load_rig(rig) if rig else None, simulate, NO_PLAN
         if simulate is not None:
             refuse_no_table(simulate)
         recorded: Source = read_measured(path)
@@ -70,10 +70,10 @@ def diagnose_file(
         config = rig_of(reader, path=rig)
         simulation = simulate and simulation_of(simulate, rig=config, limit_s=simulate_limit, plugins=plugins)
         status("reading the recording")
-        recorded, plan, lockstep = partial(load_signals, reader), recorded_plan(reader), made_in_lockstep(reader)
+        recorded, plan = partial(load_signals, reader), RecordedPlan.of(reader)
     found = diagnose_session(
-        recorded, name=name or str(path), rig=config, plan=plan, lockstep=lockstep, seed=seed, simulate=simulation,
-        folding=folding, jobs=jobs, status=status,
+        recorded, name=name or str(path), rig=config, plan=plan, seed=seed, simulate=simulation, folding=folding,
+        jobs=jobs, status=status,
     )  # fmt: skip
     return replace(found, diagnosis=replace(found.diagnosis, seconds=time.monotonic() - began))
 
@@ -83,8 +83,7 @@ def diagnose_session(
     *,
     name: str,
     rig: RigConfig | None = None,
-    plan: str = "",
-    lockstep: bool = False,
+    plan: RecordedPlan = NO_PLAN,
     seed: int = 1,
     simulate: Given | Simulation | None = None,
     folding: Folding = named,
@@ -95,8 +94,7 @@ def diagnose_session(
 
     Signals are large beside the evidence: a function that reads them, again for a simulation, lets them go meanwhile.
 
-    `plan` is the session's own plan file, upon which the next experiment is written; `lockstep` is True if the session
-    ran in simulated time.
+    `plan` is the session's own, upon which the next experiment is written.
 
     Linear algebra gets one thread: its matrices are small, and a second thread, which mostly waits for the first, took
     as much processor time again (60 runs on two busy cores, `time station diagnose --jobs 1` with and without
@@ -108,8 +106,8 @@ def diagnose_session(
     began = time.monotonic()
     with threadpool_limits(limits=1, user_api="blas"):
         found = _diagnosed(
-            recorded, name=name, rig=rig, plan=plan, lockstep=lockstep, seed=seed, simulate=simulate, folding=folding,
-            jobs=jobs, status=status,
+            recorded, name=name, rig=rig, plan=plan, seed=seed, simulate=simulate, folding=folding, jobs=jobs,
+            status=status,
         )  # fmt: skip
     answer = found.diagnosis
     notes = (*answer.notes, *planted_in(rig))
@@ -122,8 +120,7 @@ def _diagnosed(
     *,
     name: str,
     rig: RigConfig | None,
-    plan: str,
-    lockstep: bool,
+    plan: RecordedPlan,
     seed: int,
     simulate: Given | Simulation | None,
     folding: Folding,
@@ -140,7 +137,7 @@ def _diagnosed(
     found = recommended(found, known)
     answer = found.diagnosis
     if answer.next_experiment is not None:
-        answer = replace(answer, next_experiment=replace(upon(plan, answer.next_experiment), lockstep=lockstep))
+        answer = replace(answer, next_experiment=upon(plan, answer.next_experiment))
     if simulate is None:
         return replace(found, diagnosis=answer)
     signals = read(recorded)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,13 +16,30 @@ from station.recording.reader import RecordingReader
 from station.sampling.plan import Plan
 
 
-def upon(recorded: str, plan: NextExperiment) -> NextExperiment:
-    """The plan with all that it leaves open as in the recorded plan file; unchanged if there is none, or no plan."""
-    if not recorded or not plan.plan:
+@dataclass(frozen=True, slots=True)
+class RecordedPlan:
+    """A session's own plan file, empty if it has none that a session takes, and whether it ran in simulated time."""
+
+    text: str = ""
+    lockstep: bool = False
+
+    @classmethod
+    def of(cls, reader: RecordingReader) -> RecordedPlan:
+        """The plan of a recording."""
+        return cls(text=recorded_plan(reader), lockstep=reader.mode == "lockstep")
+
+
+NO_PLAN = RecordedPlan()
+
+
+def upon(recorded: RecordedPlan, plan: NextExperiment) -> NextExperiment:
+    """The plan with all that it leaves open as in the recorded plan file, if there are both, to be run as that was."""
+    plan = replace(plan, lockstep=recorded.lockstep)
+    if not recorded.text or not plan.plan:
         return plan
     comments = [line for line in plan.plan.splitlines() if line.startswith("#")]
     changes = {key: value for key, value in tomllib.loads(plan.plan).items() if key in ("samples", *plan.changed)}
-    text = "\n".join([*comments, tomli_w.dumps(_merged(tomllib.loads(recorded), changes))])
+    text = "\n".join([*comments, tomli_w.dumps(_merged(tomllib.loads(recorded.text), changes))])
     return replace(plan, plan=text)
 
 
@@ -34,11 +51,6 @@ def recorded_plan(reader: RecordingReader) -> str:
     except UserError:
         return ""
     return text
-
-
-def made_in_lockstep(reader: RecordingReader) -> bool:
-    """True if the session ran in simulated time, for which no agent had to be there."""
-    return reader.metadata.get("session", {}).get("mode") == "lockstep"
 
 
 def write_plan(plan: NextExperiment | None, path: Path) -> str:

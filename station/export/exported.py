@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from station.export.measured import MASS_KG, SIDE_M, MeasuredPair
@@ -43,6 +43,11 @@ def named(pairs: Sequence[MeasuredPair]) -> tuple[NamedPair, ...]:
         seen[stem] = seen.get(stem, 0) + 1
         result.append(NamedPair(stem if seen[stem] == 1 else f"{stem}_{seen[stem]}", pair))
     return tuple(result)
+
+
+def unsupported_lines(unsupported: Iterable[str]) -> list[str]:
+    """The sentences on what a format cannot express, as comment lines."""
+    return [f"NOT EXPORTED: {text}" for text in unsupported]
 
 
 def measured_lines(pair: MeasuredPair) -> list[str]:

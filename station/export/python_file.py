@@ -10,7 +10,7 @@ from station.export.carried import corrections, tilt_test
 from station.export.carried.law import law_of_run
 from station.export.carried.states import contact
 from station.export.carry import Carried, carry, commented
-from station.export.exported import ExportedFile
+from station.export.exported import ExportedFile, unsupported_lines
 from station.export.from_model import NamedModel
 from station.export.unsupported_of_model import unsupported_of_model
 from station.physics.model import Model, Term
@@ -80,7 +80,7 @@ def python_file(
     parts = (Model, Term, *(kind for term in model.terms for kind in _kinds(term)))
     carried = carry(*parts, *_OFFERED, bench)
     unsupported = unsupported_of_model(model, engine=engine, supported=supported, caveats=caveats)
-    about = [*how, "", *_HEAD, "", *_summary(model), *(f"NOT EXPORTED: {text}" for text in unsupported)]
+    about = [*how, "", *_HEAD, "", *_summary(model), *unsupported_lines(unsupported)]
     lines = (commented(about), "", "from __future__ import annotations", "", *carried.imports, "")
     text = "\n".join((*lines, carried.text, "", *_tail(named, carried, bench=bench, scene=scene), ""))
     return ExportedFile(f"{named.stem}_{engine.lower()}.py", text, f"{named.stem} ({engine})", tuple(unsupported))

@@ -46,6 +46,10 @@ def render(draw: Draw, pair: Pair, *, folder: Path, stem: str, caption: Caption)
     return png
 
 
+LEAST_MARGIN_DEG, LEAST_RANGE_DEG = 1.0, 0.5
+"""The least room beside a curve of angles, and the least range of a scale of colours: equal angles have neither."""
+
+
 def radians_beside(axes: Any) -> None:
     """A second scale in radians, which the paper has, at the right of an axis in degrees."""
     beside = axes.secondary_yaxis("right", functions=(np.radians, np.degrees))

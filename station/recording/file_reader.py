@@ -127,6 +127,11 @@ class RecordingReader(RecordingInfo):
         """The metadata records by name, without their checksums; of several with one name the last."""
         return self._described.records
 
+    @property
+    def mode(self) -> str:
+        """The mode of the session, live or lockstep; empty where nothing says so."""
+        return self.metadata.get("session", {}).get("mode", "")
+
     @cached_property
     def changed_metadata(self) -> tuple[str, ...]:
         """The metadata records that are not as they were written."""

@@ -15,7 +15,7 @@ from station.app.front.page import fragment
 from station.app.front.recording import FilePath, Recording, path_of
 from station.app.front.text import as_text
 from station.app.outputs import write_text
-from station.app.planned import made_in_lockstep, recorded_plan
+from station.app.planned import RecordedPlan
 from station.diagnosis.diagnose import Examined
 from station.diagnosis.predict import folds
 from station.diagnosis.report.ending import numerics
@@ -67,9 +67,8 @@ def diagnose(
         "status": progress,
     }
     if isinstance(recording, Recording):
-        plan, lockstep = recorded_plan(recording.reader), made_in_lockstep(recording.reader)
-        asked |= {"name": recording.name, "rig": recording.rig(rig), "plan": plan, "lockstep": lockstep}
-        found = diagnose_session(recording.signals, **asked)
+        plan = RecordedPlan.of(recording.reader)
+        found = diagnose_session(recording.signals, name=recording.name, rig=recording.rig(rig), plan=plan, **asked)
     else:
         found = diagnose_file(path_of(recording), rig=None if rig is None else path_of(rig), **asked)
     return Diagnosed(diagnosis=found.diagnosis, pictures=found.pictures, found=found.found, seed=seed)

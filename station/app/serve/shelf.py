@@ -72,7 +72,7 @@ def _own_time(path: Path, _changed_ns: int, _bytes: int) -> dict[str, Any]:
     """The start and the mode of a recording, read again only when its file has changed."""
     try:
         recording = open_file(path)
-        mode = recording.metadata.get("session", {}).get("mode", "")
+        mode = recording.mode
     except UserError:  # its other pages say what is wrong with it
         return {"started_s": None, "mode": ""}
     return {"started_s": 1e-9 * recording.start_ns if recording.message_count else None, "mode": mode}

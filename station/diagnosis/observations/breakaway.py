@@ -43,14 +43,22 @@ TRACE = 1e-3
 Curve = Callable[[Array], Array]
 """A function of the speeds (n,) over v_s."""
 
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """A gentle fall: the share 1 − s of it that is reached at u = v / v_s, and the slope of that by ln u."""
+
+    fallen: Curve
+    slope: Curve
+
+
 EXPONENTIAL, LORENTZIAN, LOGARITHM, GAUSSIAN = 0, 1, 2, 3
-SHAPES: Mapping[int, tuple[Curve, Curve]] = {
-    EXPONENTIAL: (lambda u: -np.expm1(-u), lambda u: u * np.exp(-u)),
-    LORENTZIAN: (lambda u: 1.0 - 1.0 / (1.0 + u * u), lambda u: 2.0 * u * u / np.square(1.0 + u * u)),
-    LOGARITHM: (np.log1p, lambda u: u / (1.0 + u)),
-    GAUSSIAN: (lambda u: -np.expm1(-u * u), lambda u: 2.0 * u * u * np.exp(-u * u)),
+SHAPES: Mapping[int, Shape] = {
+    EXPONENTIAL: Shape(lambda u: -np.expm1(-u), lambda u: u * np.exp(-u)),
+    LORENTZIAN: Shape(lambda u: 1.0 - 1.0 / (1.0 + u * u), lambda u: 2.0 * u * u / np.square(1.0 + u * u)),
+    LOGARITHM: Shape(np.log1p, lambda u: u / (1.0 + u)),
+    GAUSSIAN: Shape(lambda u: -np.expm1(-u * u), lambda u: 2.0 * u * u * np.exp(-u * u)),
 }
-"""The share 1 − s of the fall that is reached at u = v / v_s, and its slope by ln u (the laws of Stribeck's effect)."""
 
 ALONG = ("drop", "fall", "fall_speed_m_s", "drag_per_s")
 """The numbers of a law that change its tables; slopes are by D, F, ln v_s and k."""
@@ -74,7 +82,7 @@ class Law:
     def of_runs(self, runs: int) -> Laws:
         """The same law for each of `runs` runs."""
         return Laws(
-            held=cubics(1.0 - self.drop - self.fall * self._curve(0))[None],
+            held=cubics(1.0 - self.drop - self.fall * self._fallen())[None],
             slowing_m_s2=cubics(self.drag_per_s * SPEEDS_M_S)[None],
             of_run=np.zeros(runs, dtype=np.int64),
             spread=self.drop_spread,
@@ -84,14 +92,18 @@ class Law:
     def along(self, names: Sequence[str]) -> Along:
         """The slopes of its tables by these numbers, which are among ALONG."""
         nothing = np.zeros_like(SPEEDS_M_S)
-        held = {"drop": nothing - 1.0, "fall": -self._curve(0), "fall_speed_m_s": self.fall * self._curve(1)}
+        held = {"drop": nothing - 1.0, "fall": -self._fallen(), "fall_speed_m_s": self.fall * self._rising()}
         slowing = {"drag_per_s": SPEEDS_M_S}
         tables = np.array([[of.get(name, nothing) for name in names] for of in (held, slowing)])
         return Along(*cubics(tables)[:, :, None])
 
-    def _curve(self, slope: int) -> Array:
-        """The share (COUNT,) of the fall that is reached at each of SPEEDS_M_S; with 1, its slope by -ln v_s."""
-        return SHAPES[self.shape][slope](SPEEDS_M_S / self.fall_speed_m_s)
+    def _fallen(self) -> Array:
+        """The share (COUNT,) of the fall that is reached at each of SPEEDS_M_S, 1 - s."""
+        return SHAPES[self.shape].fallen(SPEEDS_M_S / self.fall_speed_m_s)
+
+    def _rising(self) -> Array:
+        """The slope (COUNT,) of that share by -ln v_s."""
+        return SHAPES[self.shape].slope(SPEEDS_M_S / self.fall_speed_m_s)
 
 
 class Falling(Protocol):

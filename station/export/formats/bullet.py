@@ -11,7 +11,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from station.export.exported import ExportedFile, NamedPair, hashed, measured_lines, number, xml_comment
+from station.export.exported import (
+    ExportedFile,
+    NamedPair,
+    hashed,
+    measured_lines,
+    number,
+    unsupported_lines,
+    xml_comment,
+)
 from station.export.materials import each_material
 from station.export.measured import FixedIn, MeasuredPair
 from station.export.scene import scene_of
@@ -53,7 +61,7 @@ def _urdf(stem: str, pair: MeasuredPair, body: FixedIn, unsupported: Sequence[st
     about = [
         *measured_lines(pair),
         "Bullet reads the product of both bodies' lateral_friction, scaled along the axes by the loader.",
-        *(f"NOT EXPORTED: {text}" for text in unsupported),
+        *unsupported_lines(unsupported),
     ]
     plate = body == "plate"
     size = (scene.plate_side_m, scene.plate_side_m, scene.plate_thickness_m) if plate else (scene.side_m,) * 3
@@ -80,7 +88,7 @@ def _urdf(stem: str, pair: MeasuredPair, body: FixedIn, unsupported: Sequence[st
 
 
 def _loader(stem: str, pair: MeasuredPair, unsupported: Sequence[str]) -> str:
-    about = [*measured_lines(pair), *(f"NOT EXPORTED: {text}" for text in unsupported)]
+    about = [*measured_lines(pair), *unsupported_lines(unsupported)]
     ratio = number(pair.mu_2 / pair.mu_1)
     anisotropic = (
         ""

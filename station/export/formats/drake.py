@@ -11,7 +11,7 @@ import math
 from collections.abc import Sequence
 
 from station.export import sdf
-from station.export.exported import ExportedFile, NamedPair, measured_lines, number
+from station.export.exported import ExportedFile, NamedPair, measured_lines, number, unsupported_lines
 from station.export.materials import each_material
 from station.export.measured import MeasuredPair
 from station.export.scene import Scene, scene_of
@@ -51,7 +51,7 @@ def _world(stem: str, pair: MeasuredPair, unsupported: Sequence[str]) -> str:
         *measured_lines(pair),
         "Call plant.set_discrete_contact_approximation(DiscreteContactApproximation.kSap) before Finalize: with the "
         "default (lagged) the object starts about a degree early.",
-        *(f"NOT EXPORTED: {text}" for text in unsupported),
+        *unsupported_lines(unsupported),
     ]
     friction = _friction(each_material("harmonic", pair.mu))
     return sdf.world(

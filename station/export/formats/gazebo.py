@@ -11,7 +11,7 @@ import math
 from collections.abc import Sequence
 
 from station.export import sdf
-from station.export.exported import ExportedFile, NamedPair, measured_lines, number
+from station.export.exported import ExportedFile, NamedPair, measured_lines, number, unsupported_lines
 from station.export.measured import MeasuredPair
 from station.export.scene import scene_of
 from station.export.unsupported import always_unsupported, no_kinetic, pyramid_excess_rad
@@ -49,7 +49,7 @@ def _world(stem: str, pair: MeasuredPair, unsupported: Sequence[str]) -> str:
     about = [
         *measured_lines(pair),
         "fdir1 is the direction of mu in the frame of its collision.",
-        *(f"NOT EXPORTED: {text}" for text in unsupported),
+        *unsupported_lines(unsupported),
     ]
     cube = sdf.collision(
         "object",

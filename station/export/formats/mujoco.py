@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from station.export.exported import ExportedFile, NamedPair, measured_lines, number, xml_comment
+from station.export.exported import ExportedFile, NamedPair, measured_lines, number, unsupported_lines, xml_comment
 from station.export.measured import MeasuredPair
 from station.export.mujoco_frame import worst_turn_rad
 from station.export.scene import scene_of, yaw_quaternion
@@ -63,7 +63,7 @@ def _model(stem: str, pair: MeasuredPair, unsupported: Sequence[str]) -> str:
     about = [
         *measured_lines(pair),
         "To use it elsewhere take the <option> and the <pair> with your geoms' names; geom friction is not read then.",
-        *(f"NOT EXPORTED: {text}" for text in unsupported),
+        *unsupported_lines(unsupported),
     ]
     return f"""{xml_comment(about)}
 <mujoco model="{stem}">

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from station.export.exported import ExportedFile, NamedPair, hashed, measured_lines, number
+from station.export.exported import ExportedFile, NamedPair, hashed, measured_lines, number, unsupported_lines
 from station.export.materials import each_material
 from station.export.measured import MeasuredPair
 from station.export.scene import scene_of
@@ -40,7 +40,7 @@ def _kinetic(pair: MeasuredPair) -> list[str]:
 
 def _stage(pair: MeasuredPair, unsupported: Sequence[str]) -> str:
     scene = scene_of(pair)
-    about = [*measured_lines(pair), *(f"NOT EXPORTED: {text}" for text in unsupported)]
+    about = [*measured_lines(pair), *unsupported_lines(unsupported)]
     kinetic = pair.mu * (1.0 if math.isnan(pair.kinetic_ratio) else pair.kinetic_ratio)
     friction = (each_material("average", pair.mu), each_material("average", kinetic))
     wide, thick, side = scene.plate_side_m, scene.plate_thickness_m, scene.side_m

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from station.friction.bins import Bins, by_direction
-from station.friction.drawing import nothing_to_draw, radians_beside
+from station.friction.drawing import LEAST_MARGIN_DEG, nothing_to_draw, radians_beside
 from station.friction.pairs import Pair
 
 NUMBER = 7.0
@@ -17,7 +17,6 @@ CAPTION = (
     "below how many samples each has. Dashed: the mean of all. Compare the paper's Fig. 7."
 )
 INTERVAL = "shaded: ± 1 standard deviation of a bin"
-_LEAST_MARGIN_DEG = 1.0
 
 
 def draw(pair: Pair) -> Figure:
@@ -54,6 +53,6 @@ def _means(axes: Any, bins: Bins) -> None:
     # Bins between empty ones would have no line.
     axes.plot(x[filled], bins.mean[filled], ".", color="black", markersize=3)
     low, high = np.nanmin(bins.mean - spread), np.nanmax(bins.mean + spread)
-    margin = max(0.5 * (high - low), _LEAST_MARGIN_DEG)
+    margin = max(0.5 * (high - low), LEAST_MARGIN_DEG)
     axes.set_ylim(max(0.0, low - margin), high + margin)
     axes.legend(loc="upper right", ncols=2)

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from station.friction.bins import PATCH_PX, heat_map
-from station.friction.drawing import centres_px, image_size_px, nothing_to_draw
+from station.friction.drawing import LEAST_RANGE_DEG, centres_px, image_size_px, nothing_to_draw
 from station.friction.pairs import Pair
 
 NUMBER = 8.0
@@ -18,7 +18,6 @@ CAPTION = (
     "higher, black: no sample. Its scale is its own. Compare the paper's Fig. 8."
 )
 INTERVAL = ""
-_LEAST_RANGE_DEG = 0.5
 
 
 def draw(pair: Pair) -> Figure:
@@ -37,7 +36,7 @@ def draw(pair: Pair) -> Figure:
     extent = (-0.5, columns * PATCH_PX - 0.5, rows * PATCH_PX - 0.5, -0.5)
     # The scale begins below the lowest value, so that no patch with samples is as black as one without.
     low, high = float(patches[patches > 0].min()), float(patches[patches > 0].max())
-    floor = low - 0.25 * max(high - low, _LEAST_RANGE_DEG)
+    floor = low - 0.25 * max(high - low, LEAST_RANGE_DEG)
     drawn = axes.imshow(patches, cmap=colours, vmin=floor, vmax=high, extent=extent, interpolation="nearest")
     bar = figure.colorbar(drawn, ax=axes, label="angle of repose θ (degrees)")
     bar.ax.set_ylim(low, max(high, low + 1e-4))

@@ -76,7 +76,7 @@ def examine(reader: RecordingReader) -> Report:
     counted = {name: number for name, value in recorder if (number := _whole(value)) is not None}
     return Report(
         path=str(reader.path),
-        mode=metadata.get("session", {}).get("mode", ""),
+        mode=reader.mode,
         duration_s=reader.duration_s,
         streams=tuple(streams[topic].health() for topic in sorted(streams)),
         session=session.health(),

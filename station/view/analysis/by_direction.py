@@ -7,13 +7,13 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from station.friction.bins import Bins, by_direction
+from station.friction.drawing import LEAST_MARGIN_DEG
 from station.friction.pairs import Pair
 from station.view import colours
 
 DIRECTION = "direction_deg"
 """The timeline that stands for the direction. It knows whole numbers only; the bar chart has the bins' exact places."""
 _MEAN, _COUNT = "fig7/mean", "fig7/samples"
-_LEAST_MARGIN_DEG = 1.0
 
 
 def bins_of(pair: Pair) -> Bins:
@@ -47,7 +47,7 @@ def views(root: str, pair: Pair, *, title: str) -> rrb.Container:
     bins = bins_of(pair)
     spread = np.where(np.isnan(bins.sd), 0.0, bins.sd)
     low, high = (0.0, 1.0) if not bins.count.any() else (np.nanmin(bins.mean - spread), np.nanmax(bins.mean + spread))
-    margin = max(0.5 * (high - low), _LEAST_MARGIN_DEG)
+    margin = max(0.5 * (high - low), LEAST_MARGIN_DEG)
     band = rrb.TimeSeriesView(
         origin=f"{root}/{_MEAN}",
         name=f"{title}: θ (°) by direction against the object (°)",

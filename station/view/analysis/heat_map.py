@@ -8,11 +8,10 @@ import rerun.blueprint as rrb
 
 from station.friction.bins import PATCH_PX, heat_map
 from station.friction.direction import Array
-from station.friction.drawing import centres_px, image_size_px
+from station.friction.drawing import LEAST_RANGE_DEG, centres_px, image_size_px
 from station.friction.pairs import Pair
 
 _PATCHES = "fig8/patches"
-_LEAST_RANGE_DEG = 0.5
 
 
 def patches_of(pair: Pair) -> Array:
@@ -27,7 +26,7 @@ def draw(recording: rr.RecordingStream, root: str, pair: Pair) -> None:
     patches = patches_of(pair)
     low, high = _range(patches)
     # The scale begins below the lowest value, so that no patch with samples is as black as one without.
-    floor = low - 0.25 * max(high - low, _LEAST_RANGE_DEG)
+    floor = low - 0.25 * max(high - low, LEAST_RANGE_DEG)
     names = [f"y / {PATCH_PX} px", f"x / {PATCH_PX} px"]
     tensor = rr.Tensor(patches.astype(np.float32), dim_names=names, value_range=(floor, max(high, floor + 1e-4)))
     recording.log(f"{root}/{_PATCHES}", tensor, static=True)

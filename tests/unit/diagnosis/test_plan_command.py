@@ -11,7 +11,7 @@ import tomli_w
 
 from station.__main__ import main
 from station.app.diagnosing import diagnose_file
-from station.app.planned import upon, write_plan
+from station.app.planned import RecordedPlan, upon, write_plan
 from station.app.recordings import plan_toml
 from station.diagnosis.diagnose import Examined
 from station.diagnosis.next_experiment.changes import SINGLE, Change
@@ -61,7 +61,7 @@ def test_a_recordings_next_experiment_is_that_of_its_diagnosis(
 def test_what_a_plan_leaves_open_stays_as_recorded(tmp_path: Path) -> None:
     recorded = plan_toml(Plan(samples=7, tilt=TiltPlan(rate_deg_s=8.0, hold_s=0.5)))
     path = tmp_path / "plan.toml"
-    write_plan(upon(recorded, CHANGED), path)
+    write_plan(upon(RecordedPlan(recorded), CHANGED), path)
     plan = load_plan(path)
     assert (plan.samples, plan.tilt.rate_deg_s, plan.tilt.hold_s, plan.dwell.max_s) == (40, 8.0, 0.5, 30.0)
     assert path.read_text().startswith("# dwell at random\n")
