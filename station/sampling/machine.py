@@ -193,6 +193,7 @@ class SamplingMachine:
     def _on_lease(self, message: ArmLease) -> None:
         """Ends the session when another one has the arm: whatever is seen from now on may be caused by that one."""
         state = self._state
+        state.stopped = message.stopped
         if state.owner and message.owner and message.owner != state.owner:
             fault = f"another session ({message.owner}) has taken the arm over"
             state.event("ABORTED", fault)
@@ -247,6 +248,8 @@ class SamplingMachine:
             self._begin()
         elif state.phase == "PAUSED":
             self._phases.next_run()
+        elif state.phase == "ABORTED" and state.stopped:
+            state.finish(f"the arm is stopped ({state.stopped}): look at the rig, then start a session to go on")
         elif state.phase == "ABORTED" and state.outage:
             if self._outage.over():
                 self._phases.next_run()

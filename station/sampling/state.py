@@ -44,6 +44,8 @@ class State:
         """The number of runs in a row that have failed, without those that an outage ended."""
         self.outage = ""
         """The network's fault that ended the run, if any; the session waits until everybody is heard again."""
+        self.stopped = ""
+        """The reason of the arm's emergency stop in force; empty while none is."""
         self.samples = 0
         self.paused = False
         """True while no further run may begin."""

@@ -385,6 +385,28 @@ def test_a_session_whose_arm_is_taken_over_ends_at_once_and_keeps_no_sample_of_t
     assert {command.owner for command in rig.commands} == {"mine"}
 
 
+def test_an_emergency_stop_ends_the_session_and_begins_no_further_run():
+    def refuse(reply: ArmReply, rig: ScriptedRig) -> ArmReply:
+        return dataclasses.replace(reply, accepted=False, reason="The arm is stopped.") if rig.samples else reply
+
+    rig = ScriptedRig(Plan(samples=3), owner="mine", on_reply=refuse)
+    rig.run(120.0, until=lambda rig: bool(rig.samples))
+    rig.give(ArmLease(rig.now_ns, "mine", "by hand"))
+    rig.run(20.0)
+    assert rig.fault == "the arm is stopped (by hand): look at the rig, then start a session to go on"
+    assert rig.phases().count("ABORTED") == 1
+    rig.run(5.0, until=lambda _: False)
+    assert rig.phases()[-1] == "ABORTED"
+
+
+def test_a_stop_that_was_lifted_before_the_session_began_ends_nothing():
+    rig = ScriptedRig(Plan(samples=1), owner="mine")
+    rig.run(1.0)
+    rig.give(ArmLease(rig.now_ns, "mine", "by hand"))
+    rig.give(ArmLease(rig.now_ns, "mine"))
+    assert finished(rig).fault == ""
+
+
 # --- frames of now ---------------------------------------------------------------------------------------------------
 
 
