@@ -16,6 +16,7 @@ from station.physics.contact import Array, Contact, View
 from station.physics.effect import HOOKS, Effect, Values
 from station.physics.smooth import Unnamed
 from station.physics.smooth_table import smooth_of_tables, table_of_smooth
+from station.physics.sole import carried_across
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +102,22 @@ class Model:
     def lead(self, contact: Contact) -> Array:
         """The pressure's lead (n,), widths of the sole, see `station.physics.sole`."""
         return _sum((term.effect.lead(contact, term.values) for term in self.acting("lead")), (len(contact),))
+
+    @property
+    def carries(self) -> bool:
+        """True if friction may act before the mass."""
+        return bool(self.acting("lead") or self.acting("lever"))
+
+    def carried(self, contact: Contact, *, yaw_rate_rad_s: Array | float, speed_m_s: Array) -> Array:
+        """The share (n,) of friction that acts across the way, to the right, on a block that turns to the left.
+
+        Friction acts before the mass by the lead of the pressure, and by the arm's part along the way.
+        """
+        side_m = np.sqrt(contact.area_m2)
+        ahead_m = self.lead(contact) * side_m
+        if self.acting("lever"):
+            ahead_m = ahead_m - self.lever(contact.facing(contact.way_rad + np.pi / 2))
+        return carried_across(ahead_m, side_m, yaw_rate_rad_s=yaw_rate_rad_s, speed_m_s=speed_m_s)
 
     def attitude(self, contact: Contact) -> Array:
         """Sum of the rotation vectors (n, 3), rad."""

@@ -15,6 +15,7 @@ the mean. What leads is carried aside by the turning, and friction pulls it back
     h N (ω / v) ⟨(r·e) (1 + 12 λ (r·e) / L)⟩ = h N λ L ω / v
 
 at the front, whose moment is taken by the pressure, so that ⟨(r·e)²⟩ about its middle is left: L² (1 / 12 − λ²).
+Friction that acts beside the mass for another reason, by a · e ahead of it, is carried aside alike: λ L + a · e.
 """
 
 from __future__ import annotations
@@ -53,10 +54,11 @@ def left_against_turning(lead: Array) -> Array:
     return np.where(lead < LIFTS, 1.0 - 12.0 * lead**2, 6.0 * (0.5 - lead) ** 2)
 
 
-def carried_across(lead: Array, side_m: Array, *, yaw_rate_rad_s: Array | float, speed_m_s: Array) -> Array:
+def carried_across(ahead_m: Array, side_m: Array, *, yaw_rate_rad_s: Array | float, speed_m_s: Array) -> Array:
     """The force (n,) across the way, to the right for a turn to the left, over the friction against sliding alone.
 
-    `lead` (n,) is in widths of the sole, which are `side_m` (n,), m; the block slides at `speed_m_s` (n,), m/s.
+    Friction acts by `ahead_m` (n,), m, before the mass, on a sole `side_m` (n,), m, wide that slides at `speed_m_s`
+    (n,), m/s.
     """
     together = np.maximum(np.hypot(speed_m_s, TURNING_RADIUS * side_m * yaw_rate_rad_s), LEAST_M_S)
-    return lead * side_m * yaw_rate_rad_s / together
+    return ahead_m * yaw_rate_rad_s / together

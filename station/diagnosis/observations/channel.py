@@ -117,7 +117,7 @@ CONTACT_HOOKS = frozenset({"friction", "push", "attitude", "delay_s"})
 ACTING = {
     ONSET: CONTACT_HOOKS | {"shaking"},
     ALONG: CONTACT_HOOKS,
-    ACROSS: CONTACT_HOOKS | {"lead"},
+    ACROSS: CONTACT_HOOKS | {"lead", "lever"},
     "turn": frozenset({"spin", "lever", "lead"}),
     REST: frozenset({"seen", "creep"}),
     "plate": frozenset({"seen"}),

@@ -17,7 +17,7 @@ from station.physics.contact import Array, Contact, View, middle, unit
 from station.physics.dissipation import support_slope
 from station.physics.effect import Effect
 from station.physics.model import Model, Term
-from station.physics.sole import SQUARE_GYRATION, TURNING_RADIUS, carried_across, left_against_turning
+from station.physics.sole import SQUARE_GYRATION, TURNING_RADIUS, left_against_turning
 
 LEAST_MU = 0.05
 LEAST_M_S, LEAST_M_S2 = 1e-3, 1e-2
@@ -237,7 +237,7 @@ class Across(_Slides):
         """Recorded minus predicted sideways force (n,), relative to the friction."""
         load = self.motion.moments.loads(model)
         slope = support_slope(model, load.contact, self.motion.usual_way)
-        if model.acting("lead") or model.acting("seen"):
+        if model.carries or model.acting("seen"):
             slope = slope + model.friction(load.contact) * self._aside(model)
         held = self._mean(load.normal * slope) * np.exp(self._run_effects(model)[0])
         changed = self._changed(model, load, self._expected_left(load, held), self._middle_left)
@@ -246,17 +246,14 @@ class Across(_Slides):
     def _aside(self, model: Model) -> Array:
         """The share (3 n,) of friction that holds across the recorded way, to its right.
 
-        A leading pressure carries it aside by turning, see `station.physics.sole`, and it acts against the true way,
-        from which the picture turns the recorded one.
+        A turning block carries it aside where it acts before the mass, see `station.physics.sole`, and it acts against
+        the true way, from which the picture turns the recorded one.
         """
-        turned = np.repeat(self.motion.seen(model)[1], len(WEIGHTS))
-        return self._carried(model) - turned if model.acting("lead") else -turned
-
-    def _carried(self, model: Model) -> Array:
-        """The share (3 n,) of friction that a leading pressure carries aside by turning."""
-        contact = self._plain.contact
-        rate, side_m = self.motion.yaw_rate_rad_s, np.sqrt(contact.area_m2)
-        return carried_across(model.lead(contact), side_m, yaw_rate_rad_s=rate, speed_m_s=contact.speed_m_s)
+        motion, contact = self.motion, self._plain.contact
+        turned = np.repeat(motion.seen(model)[1], len(WEIGHTS))
+        if not model.carries:
+            return -turned
+        return model.carried(contact, yaw_rate_rad_s=motion.yaw_rate_rad_s, speed_m_s=contact.speed_m_s) - turned
 
     def _expected_left(self, load: Load, held: Array) -> Array:
         """Left (3 n, 2) of the ways that blocks slide under a load of which friction holds `held` (n,), m/s², sideways.
