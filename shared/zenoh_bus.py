@@ -195,7 +195,7 @@ class ZenohBus:
     # --- streams -----------------------------------------------------------------------------------------------------
 
     def publish(self, topic: str, message: Message | Recipe) -> None:
-        """See `Bus.publish`."""
+        """Sends at once what may be dropped; all else waits in line for the thread that sends."""
         payload = wire.encode(message.made() if isinstance(message, Recipe) else message)
         if topics.topic(topic).traffic.drop:
             self._put(topic, payload)
@@ -235,7 +235,10 @@ class ZenohBus:
     def subscribe(
         self, topic: str, handler: Handler, *, direct: bool = False, on_miss: MissHandler | None = None
     ) -> None:
-        """See `Bus.subscribe`."""
+        """Calls `handler` for every message of a topic, during `poll` or, with `direct`, on the thread that receives.
+
+        Lost messages are fetched again if the topic has a cache.
+        """
         known = self._handlers.setdefault(topic, [])
         known.append((handler, direct))
         if len(known) == 1:
@@ -310,7 +313,7 @@ class ZenohBus:
     # --- services ----------------------------------------------------------------------------------------------------
 
     def serve(self, service: str, server: Server, *, direct: bool = False) -> None:
-        """See `Bus.serve`."""
+        """Answers a service with `server`, during `poll` or, with `direct`, on the thread that receives."""
         line, key = topics.SERVICES[service], self._key(service)
 
         def answer(query: zenoh.Query) -> None:
@@ -341,7 +344,7 @@ class ZenohBus:
     def request(
         self, service: str, message: Message, on_reply: ReplyHandler, *, timeout_s: float = 1.0, direct: bool = False
     ) -> None:
-        """See `Bus.request`."""
+        """Asks a service; `on_reply` gets the first valid answer, or None once Zenoh ends the query."""
         line = topics.SERVICES[service]
         if self._watch is not None:
             self._watch.asking(service)
@@ -380,17 +383,20 @@ class ZenohBus:
     # --- presence ----------------------------------------------------------------------------------------------------
 
     def announce(self, name: str) -> None:
-        """See `Bus.announce`."""
+        """Declares a liveliness token for the process `name`, which ends with this session."""
         self._entities.append(self._session.liveliness().declare_token(f"{self._prefix}/{_ALIVE}/{name}"))
 
     def alive(self) -> frozenset[str]:
-        """See `Bus.alive`."""
+        """Returns the names of the processes whose liveliness tokens are known."""
         return frozenset(name for name, count in list(self._alive.items()) if count > 0)
 
     # --- life --------------------------------------------------------------------------------------------------------
 
     def poll(self, timeout_s: float = 0.0) -> int:
-        """See `Bus.poll`. What arrives while the handlers run waits for the next call, so this always returns."""
+        """Runs the handlers of what has arrived, waiting up to `timeout_s` for the first; returns their number.
+
+        What arrives while the handlers run waits for the next call, so this always returns.
+        """
         if self._watch is not None:
             self._watch.look(alive=bool(self.alive()))
         with contextlib.suppress(queue.Empty):
@@ -403,7 +409,7 @@ class ZenohBus:
         return len(taken)
 
     def close(self) -> None:
-        """See `Bus.close`; what was published is sent first, if the network takes it."""
+        """Leaves the bus; what was published is sent first, if the network takes it in time."""
         self._outbox.close(within_s=_CLOSING_S)
         for entity in [*self._entities, *self._publishers.values()]:
             with contextlib.suppress(zenoh.ZError):

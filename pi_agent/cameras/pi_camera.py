@@ -70,7 +70,7 @@ class PiCamera:
         self._seq, self._dropped, self._stamp_ns = -1, 0, 0
 
     def open(self) -> CameraInfo:
-        """See `Camera.open`."""
+        """Starts the camera on the ribbon cable through picamera2, and says what it really does."""
         self._picamera2 = _library()
         number = self._options.camera_number
         found = self._picamera2.Picamera2.global_camera_info()
@@ -94,7 +94,7 @@ class PiCamera:
         return self._info
 
     def read(self, timeout_s: float) -> Frame | None:
-        """See `Camera.read`."""
+        """Returns the newest frame with the time of its middle; None if none came within `timeout_s`."""
         self._let_go()
         metadata = self._fetch(timeout_s)
         if metadata is None or self._info is None:
@@ -111,7 +111,7 @@ class PiCamera:
         )
 
     def close(self) -> None:
-        """See `Camera.close`."""
+        """Stops the camera and gives it back; harmless when it is not open."""
         camera, self._camera = self._camera, None
         if camera is None:
             return

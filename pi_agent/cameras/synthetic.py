@@ -54,7 +54,7 @@ class SyntheticCamera:
         self._came.set()
 
     def open(self) -> CameraInfo:
-        """See `Camera.open`."""
+        """Makes the renderer if there is none yet, and begins to count frames anew."""
         if self._view is None:
             self._view = SyntheticView(self._rig, rng=np.random.default_rng(self._options.seed), options=self._options)
         self._start_ns = self._last_scene_ns = self._clock.now_ns()
@@ -62,7 +62,11 @@ class SyntheticCamera:
         return self._view.info
 
     def read(self, timeout_s: float) -> Frame | None:
-        """See `Camera.read`."""
+        """Waits for the next moment of the frame rate and draws the twin's scene at it; None after `timeout_s`.
+
+        Raises:
+            UserError: if it is not open, or no usable scene comes from the twin.
+        """
         if self._view is None:
             raise UserError("Expected an open camera, got one that is closed")
         deadline_ns = self._clock.now_ns() + round(timeout_s * 1e9)
@@ -80,7 +84,7 @@ class SyntheticCamera:
         return None
 
     def close(self) -> None:
-        """See `Camera.close`."""
+        """Drops the scenes that have arrived."""
         self._arrived.clear()
         self._scenes.clear()
 

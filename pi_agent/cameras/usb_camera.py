@@ -107,7 +107,7 @@ class UsbCamera:
         self._fetched, self._first = 0, 0
 
     def open(self) -> CameraInfo:
-        """See `Camera.open`."""
+        """Opens the source with OpenCV, adjusts it, and measures its frame rate."""
         self.close()
         options, config = self._options, self._config
         device = int(options.device) if options.device.isdigit() else options.device
@@ -143,7 +143,7 @@ class UsbCamera:
         )
 
     def read(self, timeout_s: float) -> Frame | None:
-        """See `Camera.read`."""
+        """Returns the newest frame that a thread has taken off the source; None if none came within `timeout_s`."""
         if self._grabber is None:
             raise UserError("Expected an open camera, got one that is closed")
         taken = self._grabber.take(timeout_s)
@@ -158,7 +158,7 @@ class UsbCamera:
         return Frame(image, capture_ns, seq, seq + 1 - self._fetched)
 
     def close(self) -> None:
-        """See `Camera.close`."""
+        """Ends the thread and gives the source back; harmless when it is not open."""
         grabber, self._grabber = self._grabber, None
         if grabber is not None:
             grabber.stop()

@@ -53,7 +53,7 @@ class VideoFileCamera:
         self._ended = False
 
     def open(self) -> CameraInfo:
-        """See `Camera.open`."""
+        """Opens the video or the folder of pictures at its first frame."""
         if self._ended:
             raise UserError(f"{self._path} has been played to its end: start the agent anew, or set loop = true")
         pictures, own_hz = open_pictures(self._path)
@@ -76,7 +76,10 @@ class VideoFileCamera:
         )
 
     def read(self, timeout_s: float) -> Frame | None:
-        """See `Camera.read`."""
+        """Waits until the next picture is due, skips those that have passed, and returns it.
+
+        None if the next one is due later than `timeout_s`.
+        """
         due_ns = self._start_ns + round(self._seq * self._period_ns)
         wait_s = (due_ns - self._clock.now_ns()) * 1e-9
         if wait_s > timeout_s:
@@ -89,7 +92,7 @@ class VideoFileCamera:
         return Frame(image, self._start_ns + round(seq * self._period_ns), seq, self._dropped)
 
     def close(self) -> None:
-        """See `Camera.close`."""
+        """Lets go of the pictures."""
         self._pictures, self._next = iter(()), None
 
     def _skip_passed(self) -> None:

@@ -53,7 +53,7 @@ class WorldBuilder(Protocol):
     """Makes the world of a rig: `assembly.twin_world`, or another."""
 
     def __call__(self, rig: RigConfig, *, seed: int, start_ns: int, stage: TiltStage | None = None) -> TwinWorld:
-        """See `assembly.twin_world`."""
+        """Makes the world of `rig`; a known `stage` saves solving for the arm's home."""
         ...
 
 

@@ -29,7 +29,7 @@ class InFrontOf:
         self._twin, self._camera = twin, camera
 
     def tick(self, now_ns: int) -> None:
-        """See `LockstepCamera.tick`."""
+        """Hands the twin's scene at `now_ns` to the camera, which takes and publishes the frame."""
         self._camera.tick(now_ns, self._twin.scene(now_ns))
 
 

@@ -43,7 +43,7 @@ class CameraPart:
         _describe_looks(canvas)
 
     def handlers(self) -> Mapping[str, Handler]:
-        """See `Part`."""
+        """Returns the handlers of image, corners, calibration and the session's phases and samples."""
         return {
             "camera/image": self._on_image,
             "camera/corners": self._on_corners,

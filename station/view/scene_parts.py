@@ -35,7 +35,7 @@ class ArmPart:
             self._shape = shapes.ArmShape(self._model)
 
     def handlers(self) -> Mapping[str, Handler]:
-        """See `Part`."""
+        """Returns the handler of the arm's joint states."""
         return {"arm/joints": self._on_joints}
 
     def _on_joints(self, joints: JointState) -> None:
@@ -74,7 +74,7 @@ class PlatePart:
             canvas.static(entities.FOAM, shapes.foam(setup, opening_m=setup.opening_m))
 
     def handlers(self) -> Mapping[str, Handler]:
-        """See `Part`."""
+        """Returns the handlers of the plate's attitude and of the transforms."""
         return {"arm/platform": self._on_platform, "tf": self._on_tf}
 
     def _on_platform(self, state: PlatformState) -> None:
@@ -115,7 +115,7 @@ class BlockPart:
             canvas.name_curves(path, [name], [colour])
 
     def handlers(self) -> Mapping[str, Handler]:
-        """See `Part`."""
+        """Returns the handlers of all that places the block: corners, geometry, poses, phases and transforms."""
         return {
             "camera/geometry": self._on_geometry,
             "camera/corners": self._on_corners,

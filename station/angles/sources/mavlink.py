@@ -57,7 +57,7 @@ class MavlinkSource:
         self._vehicle: tuple[int, int] | None = None
 
     def open(self) -> None:
-        """See `AngleSource.open`."""
+        """Opens the link to the autopilot and begins to parse anew."""
         self.close()
         self._bytes = open_link(self._options.port, baud=self._options.baud)
         self._mav = common.MAVLink(self._bytes, srcSystem=_GROUND_STATION, srcComponent=_MISSION_PLANNER)
@@ -65,7 +65,7 @@ class MavlinkSource:
         self._beat_ns, self._vehicle = 0, None
 
     def read(self) -> tuple[Reading, ...]:
-        """See `AngleSource.read`."""
+        """Returns a reading for each attitude that has arrived, and tells the autopilot that we listen."""
         if self._bytes is None:
             return ()
         now_ns = self._clock.now_ns()
@@ -108,7 +108,7 @@ class MavlinkSource:
             self._mav.command_long_send(*self._vehicle, *wanted, 0, 0, 0, 0, 0)
 
     def close(self) -> None:
-        """See `AngleSource.close`."""
+        """Closes the link, if it is open."""
         if self._bytes is not None:
             self._bytes.close()
             self._bytes = None

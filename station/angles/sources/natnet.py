@@ -56,7 +56,7 @@ class NatnetSource:
         self._frames: list[Any] = []
 
     def open(self) -> None:
-        """See `AngleSource.open`.
+        """Connects to Motive's NatNet server.
 
         Raises:
             UserError: if Motive does not answer.
@@ -83,7 +83,7 @@ class NatnetSource:
         self._client = client
 
     def read(self) -> tuple[Reading, ...]:
-        """See `AngleSource.read`."""
+        """Returns a reading for each frame that has arrived and in which the rigid body was seen."""
         if self._client is None:
             return ()
         self._take_in()
@@ -126,7 +126,7 @@ class NatnetSource:
         return bodies[0]
 
     def close(self) -> None:
-        """See `AngleSource.close`."""
+        """Ends the client, if there is one, and drops the frames that were not read."""
         if self._client is not None:
             self._client.shutdown()
             self._client = None

@@ -115,7 +115,7 @@ class Ros1Arm:
             self._fault = "the arm's ROS process has ended: restart the arm agent"
 
     def start(self, trajectory: JointTrajectory, *, now_ns: int) -> None:
-        """See `Driver.start`: a new goal, which replaces the one under way."""
+        """Sends a new goal, which replaces the one under way."""
         self._fault, self._asked_ns = "", now_ns
         self._unanswered = f"the robot's driver did not answer within {self._options.answer_timeout_s:.1f} s"
         self._goal += 1
@@ -128,14 +128,14 @@ class Ros1Arm:
         )
 
     def halt(self, *, now_ns: int) -> None:
-        """See `Driver.halt`: cancel every goal, also those of an earlier life of this program."""
+        """Cancels every goal, also those of an earlier life of this program."""
         self._now_ns = max(self._now_ns, now_ns)
         self._goal += 1  # later news of the halted goal are of no interest
         self._asked_ns = None
         self._send(cancel=True)
 
     def tick(self, now_ns: int) -> None:
-        """See `Driver.tick`."""
+        """Takes in what the bridge has said; a goal without an answer in time becomes a fault."""
         self._now_ns = now_ns
         with contextlib.suppress(IndexError):
             while True:
@@ -178,15 +178,15 @@ class Ros1Arm:
             self._fault = str(wrong)
 
     def read(self) -> JointReading | None:
-        """See `Driver.read`."""
+        """Returns the latest joint state in the model's order; None before the first."""
         return self._reading
 
     def fault(self) -> str:
-        """See `Driver.fault`."""
+        """Returns what is wrong with the goal, the joints or the bridge in one sentence; nothing while all is well."""
         return self._fault
 
     def close(self) -> None:
-        """See `Driver.close`: the bridge cancels what moves and ends."""
+        """Ends the bridge, which first cancels what moves."""
         assert self._bridge.stdin is not None
         assert self._bridge.stdout is not None
         with contextlib.suppress(OSError):

@@ -24,7 +24,7 @@ It stands still a third of the time: 40 simulated samples (21.3 MB) take 3.3 MB 
 
 
 class ArmLinks:
-    """See `Kind`."""
+    """Writes the transforms of the arm's links and the plate's tilt while the arm moves."""
 
     topics: ClassVar[frozenset[str]] = frozenset({LINKS, TILT})
 
@@ -35,7 +35,7 @@ class ArmLinks:
         self._written: tuple[float, ...] = ()
 
     def handlers(self) -> Mapping[str, Handler]:
-        """See `Kind`."""
+        """Returns the handlers of joints, plate attitude and transforms; only the last writes something."""
         return {"arm/joints": self._on_joints, "arm/platform": self._on_platform, "tf": self._on_transforms}
 
     def _on_joints(self, message: JointState, _: int) -> tuple[()]:

@@ -19,7 +19,7 @@ STATE_TOPICS = ("session/event", "arm/command", "session/sample")
 
 
 class SessionState:
-    """See `Kind`."""
+    """Writes the session's state in words when it changes."""
 
     topics: ClassVar[frozenset[str]] = frozenset({TOPIC})
 
@@ -27,7 +27,7 @@ class SessionState:
         self._state = State()
 
     def handlers(self) -> Mapping[str, Handler]:
-        """See `Kind`."""
+        """Returns one handler for all topics that the state is made of."""
         return dict.fromkeys(STATE_TOPICS, self._on_message)
 
     def _on_message(self, message: Message, _: int) -> Iterable[Extra]:
