@@ -15,7 +15,10 @@ from shared.possible import counted, finite
 
 
 def numbered(number: int, default: Any, kind: str = "") -> Any:
-    """A field with its published number; `kind` is protobuf's name of its type where the default does not tell it."""
+    """Returns a field with its published number.
+
+    `kind` is protobuf's name of its type where the default does not tell it.
+    """
     return field(default=default, metadata={"number": number, "kind": kind})
 
 
@@ -29,7 +32,7 @@ class Timestamp(Message):
 
     @staticmethod
     def from_ns(stamp_ns: int) -> Timestamp:
-        """The timestamp of nanoseconds since the epoch."""
+        """Returns the timestamp of nanoseconds since the epoch."""
         seconds, nanos = divmod(stamp_ns, 1_000_000_000)
         return Timestamp(seconds, nanos)
 

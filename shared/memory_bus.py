@@ -50,7 +50,7 @@ class MemoryBus:
         return route
 
     def carries(self, topic: str) -> bool:
-        """True if anybody subscribes to that topic."""
+        """Returns true if anybody subscribes to that topic."""
         return bool(self._routes.get(topic) or self._route(topic))
 
     def subscribe(

@@ -433,7 +433,10 @@ class CameraGeometry(Message):
     source: str = ""
 
     def if_calibrated(self) -> CameraGeometry | None:
-        """Itself if it says where pixels are on the plate; None for one without a homography, as at its defaults."""
+        """Returns itself if it says where pixels are on the plate.
+
+        It is None for one without a homography, as at its defaults.
+        """
         return self if self.plate_from_pixel else None
 
     def impossible(self) -> str:

@@ -72,7 +72,7 @@ def _addressed(name: str, carrier: Any) -> None:
 
 
 def _why(error: Exception) -> str:
-    """Zenoh's error message without the places in its source."""
+    """Returns Zenoh's error message without the places in its source."""
     return re.sub(r" at /\S+\.rs:\d+\.?", "", str(error))
 
 
@@ -151,7 +151,7 @@ class ZenohBus:
         self._entities.append(watcher)
 
     def _watched(self, listen: Sequence[str], connect: Sequence[str], *, rig_id: str, process: str) -> BusWatch | None:
-        """The watch that says who is refused; None without keys."""
+        """Returns the watch that says who is refused; None without keys."""
         folder = keys_in_use([*listen, *connect], process=process)
         if folder is None:
             return None
@@ -168,7 +168,7 @@ class ZenohBus:
 
     @classmethod
     def of(cls, process: str, rig: RigConfig, *, clock: Clock | None = None) -> ZenohBus:
-        """The bus of a process of a rig, on its endpoint in `[bus]`; a process without one only looks on.
+        """Returns the bus of a process of a rig, on its endpoint in `[bus]`; a process without one only looks on.
 
         Raises:
             UserError: as the class does.
@@ -228,7 +228,7 @@ class ZenohBus:
         return publisher
 
     def carries(self, topic: str) -> bool:
-        """Always True: the bus does not know who listens."""
+        """Returns True: the bus does not know who listens."""
         del topic
         return True
 
@@ -263,7 +263,7 @@ class ZenohBus:
         self._entities.append(subscriber)
 
     def _receiver(self, topic: str) -> Callable[[zenoh.Sample], None]:
-        """One callback for all handlers of a topic.
+        """Returns one callback for all handlers of a topic.
 
         Zenoh may call from several threads. Under the lock every message gets a later stamp than the one before, and
         takes its place in every queue, so that a recording sorted by receive time is exactly what the handlers saw.
@@ -474,7 +474,7 @@ class RawSession:
         self._entities.append(self._session.liveliness().declare_token(key))
 
     def announced(self, pattern: str, *, timeout_s: float = 1.0) -> list[str]:
-        """The keys of the currently known liveliness tokens that match a pattern."""
+        """Returns the keys of the currently known liveliness tokens that match a pattern."""
         replies = self._session.liveliness().get(pattern, timeout=timeout_s)
         return [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
 
