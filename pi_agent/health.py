@@ -35,7 +35,7 @@ class Watchdog:
         self._send("STOPPING=1")
 
     def say(self, status: str) -> None:
-        """One line for `systemctl status`."""
+        """Sends one line for `systemctl status`."""
         self._send("STATUS=" + status.replace("\n", " "))
 
     def fresh_frame(self) -> None:
@@ -59,7 +59,7 @@ class ProcessorMeter:
         self._wall_s, self._busy_s = time.monotonic(), time.process_time()
 
     def percent(self) -> float:
-        """The mean since the last call."""
+        """Returns the mean since the last call."""
         wall_s, busy_s = time.monotonic(), time.process_time()
         passed_s = wall_s - self._wall_s
         share = 100.0 * (busy_s - self._busy_s) / passed_s if passed_s > 0 else 0.0
@@ -68,7 +68,7 @@ class ProcessorMeter:
 
 
 def temperature_c(path: Path = THERMAL) -> float:
-    """The processor's temperature; NaN where the machine does not tell."""
+    """Returns the processor's temperature; NaN where the machine does not tell."""
     try:
         return 1e-3 * int(path.read_text())
     except (OSError, ValueError):

@@ -125,7 +125,7 @@ class PiCamera:
             camera.close()
 
     def _straight_tuning(self, model: str) -> dict[str, Any] | None:
-        """The sensor's tuning with a straight tone curve; None if the system has no file for it."""
+        """Returns the sensor's tuning with a straight tone curve; None if the system has no file for it."""
         library = self._picamera2.Picamera2
         for name in (f"{model}.json", f"{model}_mono.json"):
             with suppress(RuntimeError, KeyError, StopIteration):
@@ -232,7 +232,7 @@ class PiCamera:
         return metadata
 
     def _luminance(self) -> Image:
-        """The Y plane (height, width) of the frame that is held: a view into its buffer, without its padding."""
+        """Gives the Y plane (height, width) of the frame that is held: a view into its buffer, without its padding."""
         self._mapped = self._picamera2.MappedArray(self._held, "main", write=False)
         plane = self._mapped.__enter__().array
         return np.asarray(plane[: self._config.height_px, : self._config.width_px])
@@ -252,7 +252,7 @@ class PiCamera:
 
 
 def _library() -> Any:
-    """picamera2; looked for anew each time, so that installing it mends a running agent as a cable does."""
+    """Returns picamera2; looked for anew each time, so that installing it mends a running agent as a cable does."""
     # libcamera prints a page at every start unless it is told not to.
     os.environ.setdefault("LIBCAMERA_LOG_LEVELS", "*:WARN")
     importlib.invalidate_caches()
@@ -266,5 +266,5 @@ def _library() -> Any:
 
 
 def build(context: CameraContext) -> PiCamera:
-    """The Pi's camera of a rig."""
+    """Builds the Pi's camera of a rig."""
     return PiCamera(context)

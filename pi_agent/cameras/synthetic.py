@@ -107,7 +107,10 @@ class SyntheticCamera:
         return capture_ns
 
     def _moment_of(self, scene: TwinScene, due_ns: int) -> int:
-        """The frame's moment: its scene's, if that came in time. The first frames set the phase by their scenes."""
+        """Returns the frame's moment: its scene's, if that came in time.
+
+        The first frames set the phase by their scenes.
+        """
         period_ns = 1e9 / self._rig.camera.rate_hz
         if abs(scene.stamp_ns - due_ns) > 0.75 * period_ns:
             return due_ns
@@ -116,7 +119,7 @@ class SyntheticCamera:
         return scene.stamp_ns
 
     def _scenes_about(self, due_ns: int) -> list[TwinScene]:
-        """The scene of a moment, after the two before it; the last ones when it did not come in time."""
+        """Returns the scene of a moment, after the two before it; the last ones when it did not come in time."""
         capture_ns = due_ns - round(EARLY * 1e9 / self._rig.camera.rate_hz)
         give_up = time.monotonic() + PATIENCE_S
         while True:
@@ -156,5 +159,5 @@ class SyntheticCamera:
 
 
 def build(context: CameraContext) -> SyntheticCamera:
-    """The synthetic camera of a rig."""
+    """Builds the synthetic camera of a rig."""
     return SyntheticCamera(context)

@@ -103,7 +103,7 @@ class VideoFileCamera:
             self._dropped += 1
 
     def _take(self) -> Image:
-        """The next picture; at the end the first one again, or the end.
+        """Returns the next picture; at the end the first one again, or the end.
 
         Raises:
             UserError: at the end.
@@ -120,7 +120,7 @@ class VideoFileCamera:
 
 
 def open_pictures(path: Path, *, setting: str = "path in [camera.options]") -> tuple[Iterator[Image], float]:
-    """The grey pictures (height, width) uint8 of a video or a folder, and the video's own rate (0: none).
+    """Returns the grey pictures (height, width) uint8 of a video or a folder, and the video's own rate (0: none).
 
     `setting`: where the user has named it.
 
@@ -172,5 +172,5 @@ def _frames(video: cv2.VideoCapture) -> Iterator[Image]:
 
 
 def build(context: CameraContext) -> VideoFileCamera:
-    """The video camera of a rig."""
+    """Builds the video camera of a rig."""
     return VideoFileCamera(context)

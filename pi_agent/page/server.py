@@ -96,7 +96,7 @@ class _Handler(Handler):
 
 
 def about_mark(seen: Seen) -> Image:
-    """The part of a picture (height, width) about the mark, or its middle, each pixel drawn large."""
+    """Returns the part of a picture (height, width) about the mark, or its middle, each pixel drawn large."""
     height, width = seen.image.shape
     middle, half = np.array([width / 2, height / 2]), float(_ABOUT_PX)
     if seen.corners.found:

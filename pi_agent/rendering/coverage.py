@@ -25,7 +25,7 @@ class _Pieces(NamedTuple):
 def polygon_coverage(
     starts: Floats, ends: Floats, layer: Integers, *, layers: int, shape: tuple[int, int]
 ) -> NDArray[np.float32]:
-    """Fraction of each pixel covered, per layer.
+    """Returns the fraction of each pixel covered, per layer.
 
     `starts`, `ends`: (rows or 1, edges, 2) ends of the directed edges, x and y in pixels with the corner of the
     top-left pixel at (0, 0); polygons of one layer must not overlap, run clockwise as seen (y down), and lie inside
@@ -50,7 +50,7 @@ def _cut_at_rows(starts: Floats, ends: Floats, layer: Integers, *, rows: int) ->
 
 
 def _cut_at_columns(pieces: _Pieces) -> tuple[Integers, Integers, Floats, Floats]:
-    """Row line, column, signed height and mean x within the cell of every part of an edge inside one pixel."""
+    """Returns row line, column, signed height and mean x within the cell of every part of an edge inside one pixel."""
     first = np.floor(pieces.left).astype(np.int64)
     count = np.floor(pieces.right).astype(np.int64) - first + 1
     piece = np.repeat(np.arange(len(first)), count)

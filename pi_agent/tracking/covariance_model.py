@@ -65,7 +65,7 @@ class Sigmas(NamedTuple):
 
 
 def beside_a_gap(line: lines.LineFit, *, blur_px: float, shortest_px: float) -> NDArray[np.bool_] | None:
-    """Profiles (4, n) that are spoiled by what covers their neighbours; None when none is.
+    """Returns profiles (4, n) that are spoiled by what covers their neighbours; None when none is.
 
     At the end of an edge a single such profile would turn the whole line.
     """
@@ -80,12 +80,14 @@ def beside_a_gap(line: lines.LineFit, *, blur_px: float, shortest_px: float) -> 
 
 
 def _three_on_end(marked: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """The places at which a profile and both its neighbours are marked, without the first and the last (4, n − 2)."""
+    """Returns the places where a profile and both neighbours are marked, without the first and the last (4, n − 2)."""
     return marked[:, 2:] & marked[:, 1:-1] & marked[:, :-2]
 
 
 def bent(line: lines.LineFit, profile_weight: Floats, *, shortest_px: float, texture_px: Floats) -> bool:
-    """True if neighbours on an edge all show an edge on the same side of its line: two edges, and one is not its.
+    """Returns true if neighbours on an edge all show an edge on the same side of its line.
+
+    There are then two edges, and one of them is not the mark's.
 
     `profile_weight` (4, n). `texture_px` (4,): the width of each edge by all blur beside a textured plate, else 0.
     """
@@ -113,7 +115,7 @@ def bent(line: lines.LineFit, profile_weight: Floats, *, shortest_px: float, tex
 
 
 def another(line: lines.LineFit, agreeing: Integers, *, contrast: Matrix, dark: Matrix) -> bool:
-    """True if an edge that is seen in part has another contrast than the others, beside a textured plate.
+    """Returns true if an edge that is seen in part has another contrast than the others, beside a textured plate.
 
     It is that of what covers the edge, unless the dark differs as much: that makes a shadow. `agreeing` (4,): how many
     profiles agree with their line; `contrast`, `dark` (4, n): of the profiles.
@@ -126,7 +128,7 @@ def another(line: lines.LineFit, agreeing: Integers, *, contrast: Matrix, dark: 
 
 
 def covering(line: lines.LineFit, agreeing: Integers, *, contrast: Matrix, dark: Matrix) -> bool:
-    """True if an edge that is seen in part has a lighter dark than the others, and not by light, beside an even margin.
+    """Returns true if an edge seen in part has a lighter dark than the others, and not by light, beside an even margin.
 
     What covers an edge along it has an edge of its own, as straight. A shadow changes the dark as it changes the
     contrast, and a highlight makes the margin as much lighter. `agreeing` (4,): how many profiles agree with their
@@ -145,26 +147,26 @@ def covering(line: lines.LineFit, agreeing: Integers, *, contrast: Matrix, dark:
 
 
 def _beside_usual(line: lines.LineFit, values: Matrix) -> Floats:
-    """The distance of each edge's mean (4,) from that of the middle two, in shares."""
+    """Returns the distance of each edge's mean (4,) from that of the middle two, in shares."""
     own = np.add.reduce(line.weight * values, axis=1) / line.moments[:, 0]
     return np.abs(own / max(_middle_two(own), 0.5) - 1.0)
 
 
 def _middle_two(values: Floats) -> float:
-    """The mean of the middle two of four."""
+    """Returns the mean of the middle two of four."""
     _, low, high, _ = sorted(values.tolist())
     return 0.5 * (low + high)
 
 
 def pulled_px2(pull: Floats, line: lines.LineFit, expected: lines.Edges) -> float:
-    """Mean square by which the ends of the edges move by the disagreement `pull` (4, n) of two estimators."""
+    """Gives the mean square by which the ends of the edges move by the disagreement `pull` (4, n) of two estimators."""
     pulled = _pulled_lines(pull, line)
     pulled[:, 1] *= 0.5 * expected.length / expected.free
     return float(np.vdot(pulled, pulled)) / 4
 
 
 def _pulled_lines(pull: Floats, line: lines.LineFit) -> Floats:
-    """Offset and rise (4, 2) of the edges by the disagreement of two estimators.
+    """Returns offset and rise (4, 2) of the edges by the disagreement of two estimators.
 
     What all edges have in common is left out: a blur that is a little off, not uneven light.
     """
@@ -176,7 +178,7 @@ def _pulled_lines(pull: Floats, line: lines.LineFit) -> Floats:
 def out_of_shadow(
     pull: Floats, line: lines.LineFit, expected: lines.Edges, *, contrast: Matrix
 ) -> tuple[Points | None, Points, lines.LineFit]:
-    """Edges beside an even margin on which a shadow's soft edge lies, as the estimator reads them that does not mind.
+    """Gives edges beside an even margin on which a shadow's edge lies, as the estimator reads them that does not mind.
 
     How far the corners (4,) move by it (None without a shadow), how far two estimators disagree about them elsewhere,
     and the lines, with the larger scatter of the points so read. `pull` (4, n): what that estimator adds to
@@ -200,14 +202,14 @@ def out_of_shadow(
 
 
 def _light_differs(contrast: Matrix, weight: Floats) -> bool:
-    """True if the halves of the edges are not in the same light."""
+    """Returns true if the halves of the edges are not in the same light."""
     halves = np.add.reduce((weight * contrast).reshape(8, -1), axis=1)
     light = halves / np.maximum(np.add.reduce(weight.reshape(8, -1), axis=1), 1.0)
     return float(light.min()) < (1.0 - IN_SHADOW) * float(light.max())
 
 
 def margin_variance(line: lines.LineFit, *, profiles: Floats) -> Floats:
-    """Variance (4,), px², of the points of each edge beside an even margin.
+    """Returns the variance (4,), px², of the points of each edge beside an even margin.
 
     Few points that were chosen for agreeing with each other scatter less than those that they were chosen from: of an
     edge that is seen in part it is that of all edges, if that is larger. `profiles` (4,): number of profiles of each
@@ -221,7 +223,9 @@ def margin_variance(line: lines.LineFit, *, profiles: Floats) -> Floats:
 
 
 def margin_sigma(pull: Points, scatter: Floats, *, contrast: float, path_px: float, uneven: bool) -> Sigmas:
-    """Sigma beside an even margin; `scatter` (4,): variance of a corner's coordinate that the scatter of points tells.
+    """Returns sigma beside an even margin.
+
+    `scatter` (4,) is the variance of a corner's coordinate that the scatter of points tells.
 
     Two estimators of which one does not mind uneven light disagree by `pull` (4,) at the corners. But for noise they
     should agree: a shadow pulls the one in use further than that, at any corner, not just where they disagree. In
@@ -250,7 +254,7 @@ def texture_sigma(
     contrast: float,
     path_px: float,
 ) -> Sigmas:
-    """Sigma beside a textured plate; `pull` (4, n): how far two estimators disagree.
+    """Returns sigma beside a textured plate; `pull` (4, n): how far two estimators disagree.
 
     Texture along an edge moves many of its points alike, so their scatter tells too little. `blur_off_px`: (4,)
     how much each edge's own blur differs from the one in use; `blur_known`: from earlier frames. One that was found in
@@ -272,14 +276,14 @@ def texture_sigma(
 
 
 def _slow(line: lines.LineFit) -> Floats:
-    """Power (4,) of what varies slowly along an edge, as the variance of one point that it is equal to."""
+    """Returns the power (4,) of what varies slowly along an edge, as the variance of one point that it is equal to."""
     parts = (line.weight * line.residual) @ _slow_waves(line.weight.shape[1])
     return np.add.reduce(parts * parts, axis=1) / (parts.shape[1] * line.moments[:, 0])
 
 
 @lru_cache(maxsize=4)
 def _slow_waves(count: int) -> Floats:
-    """Legendre polynomials (count, 4) of the degrees 2 to 5, of unit mean square."""
+    """Returns Legendre polynomials (count, 4) of the degrees 2 to 5, of unit mean square."""
     degrees = np.arange(6)
     values = np.polynomial.legendre.legvander(2.0 * lines.places(count), 5) * np.sqrt(2 * degrees + 1)
     return np.asarray(values[:, 2:], dtype=np.float64)
