@@ -175,7 +175,7 @@ class Procedure:
         self._event(READ_PHASE, now_ns, f"at {math.degrees(stop.angle_rad):.2f} degrees")
 
     def _satisfied(self, heard: _Heard, now_ns: int) -> bool:
-        """True if a source need not be waited for any longer at this stop."""
+        """Returns true if a source need not be waited for any longer at this stop."""
         wanted = 1 if heard.on_demand else self._plan.readings
         patience_s = self._plan.answer_s if heard.on_demand else self._plan.patience_s
         return heard.count >= wanted or (now_ns - heard.last_ns) * 1e-9 > patience_s

@@ -112,7 +112,7 @@ class Runner:
 
 
 def runner_of_table(name: str, table: Table, *, bus: Bus, clock: Clock) -> Runner:
-    """The runner for `[angles.<name>]`.
+    """Returns the runner for `[angles.<name>]`.
 
     Raises:
         UserError: naming file, line and key of what is wrong in the table.

@@ -45,7 +45,7 @@ class AngleSource(Protocol):
         ...
 
     def read(self) -> tuple[Reading, ...]:
-        """All readings since the last call, in order, stamped by the station's clock; never waits for one."""
+        """Returns all readings since the last call, in order, stamped by the station's clock; never waits for one."""
         ...
 
     def close(self) -> None:
@@ -59,12 +59,12 @@ class SourceModule(Protocol):
     ON_DEMAND: bool
 
     def connect(self, link: SourceLink) -> AngleSource:
-        """The source for a table of rig.toml, not yet open; raises UserError when an option is wrong."""
+        """Returns the source for a table of rig.toml, not yet open; raises UserError when an option is wrong."""
         ...
 
 
 def source_kinds() -> tuple[str, ...]:
-    """The names of all files in this folder."""
+    """Returns the names of all files in this folder."""
     return tuple(sorted(path.stem for path in Path(__file__).parent.glob("*.py") if not path.stem.startswith("_")))
 
 

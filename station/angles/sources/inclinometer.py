@@ -138,12 +138,12 @@ class InclinometerSource:
 
 
 def nmea_checksum(payload: str) -> int:
-    """XOR of the characters, as NMEA 0183 has it."""
+    """Returns XOR of the characters, as NMEA 0183 has it."""
     return reduce(lambda total, character: total ^ ord(character), payload, 0)
 
 
 def _checked(line: str) -> str | None:
-    """The text between `$` and `*` if the two hexadecimal digits behind it agree, else nothing."""
+    """Returns the text between `$` and `*` if the two hexadecimal digits behind it agree, else nothing."""
     found = re.fullmatch(r".*?\$?([^$*]*)\*([0-9A-Fa-f]{2})", line)
     if found is None or nmea_checksum(found.group(1)) != int(found.group(2), 16):
         return None
@@ -151,5 +151,5 @@ def _checked(line: str) -> str | None:
 
 
 def connect(link: SourceLink) -> InclinometerSource:
-    """The source for a table of rig.toml."""
+    """Returns the source for a table of rig.toml."""
     return InclinometerSource(link)

@@ -54,5 +54,5 @@ class KinematicsSource:
 
 
 def connect(link: SourceLink) -> KinematicsSource:
-    """The source for a table of rig.toml."""
+    """Returns the source for a table of rig.toml."""
     return KinematicsSource(link)

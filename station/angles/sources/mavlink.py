@@ -89,14 +89,14 @@ class MavlinkSource:
         return kind == "ATTITUDE"
 
     def _reading(self, message: Any, newest: Any, now_ns: int) -> Reading:
-        """One reading; what came in one batch is put apart by the autopilot's own clock, the newest being now."""
+        """Gives one reading; what came in one batch is put apart by the autopilot's own clock, the newest being now."""
         earlier_ms = newest.time_boot_ms - message.time_boot_ms
         stamp_ns = now_ns - (earlier_ms * 1_000_000 if 0 <= earlier_ms < 1000 else 0)
         gravity = gravity_of_aeronautical(message.roll, message.pitch)
         return reading_of_gravity(on_plate(gravity, plate_from_sensor=self._plate_from_sensor), stamp_ns=stamp_ns)
 
     def _beat(self, now_ns: int) -> None:
-        """Once a second: we are here, and please send more if you send too little."""
+        """Says once a second that we are here, and asks for more if too little comes."""
         if now_ns - self._beat_ns < _HEARTBEAT_NS:
             return
         enough = self._heard >= _ENOUGH * self._options.rate_hz and self._beat_ns > 0
@@ -115,5 +115,5 @@ class MavlinkSource:
 
 
 def connect(link: SourceLink) -> MavlinkSource:
-    """The source for a table of rig.toml."""
+    """Returns the source for a table of rig.toml."""
     return MavlinkSource(link)

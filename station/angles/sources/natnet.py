@@ -113,7 +113,7 @@ class NatnetSource:
         return reading_of_gravity(turned, stamp_ns=now_ns - round(delay_s * 1e9))
 
     def _body(self, frame: Any) -> Any:
-        """The rigid body in a frame, None (with a complaint) when it is not there or was not seen."""
+        """Returns the rigid body in a frame, None (with a complaint) when it is not there or was not seen."""
         bodies = [body for body in frame.rigid_bodies if self._options.rigid_body in (0, body.id_num)]
         if len(bodies) != 1:
             seen = ", ".join(str(body.id_num) for body in frame.rigid_bodies) or "none"
@@ -134,5 +134,5 @@ class NatnetSource:
 
 
 def connect(link: SourceLink) -> NatnetSource:
-    """The source for a table of rig.toml."""
+    """Returns the source for a table of rig.toml."""
     return NatnetSource(link)

@@ -115,5 +115,5 @@ class SimulatedSource:
 
 
 def connect(link: SourceLink) -> SimulatedSource:
-    """The source for a table of rig.toml."""
+    """Returns the source for a table of rig.toml."""
     return SimulatedSource(link)

@@ -35,7 +35,7 @@ class TypedOptions:
     sign: Literal[1, -1] = 1
 
     def radians(self, text: str) -> float:
-        """The angle in a piece of text; ValueError when it is none."""
+        """Returns the angle in a piece of text; ValueError when it is none."""
         value = float(text.replace(",", "."))
         angle = self.sign * (math.radians(value) if self.unit == "deg" else value)
         if not abs(angle) <= math.pi:
@@ -146,5 +146,5 @@ def _lines(file: str, options: Table) -> Iterator[str]:
 
 
 def connect(link: SourceLink) -> TypedSource:
-    """The source for a table of rig.toml."""
+    """Returns the source for a table of rig.toml."""
     return TypedSource(link)
