@@ -126,7 +126,7 @@ class Lockstep:
         return Outcome(samples=samples, simulated_s=simulated, fault=self.session.fault or stopped or stop.reason)
 
     def _run(self, start: int, *, on_sample: Callable[[int], None], limit_s: float, stop: StopRequest) -> int:
-        """The loop: whatever is due first, and of what is due together the one that stands first here."""
+        """Runs the loop: does whatever is due first, and of what is due together the one that stands first here."""
         due = [
             (start, ARM, ARM_NS, self._tick_arm),
             (start, SESSION, SESSION_NS, self._tick_session),
@@ -184,7 +184,7 @@ def _without_garbage_collection() -> Generator[None]:
 
 
 def projected_camera(seed: int, *, sigma_px: float = ProjectionSettings.sigma_px) -> CameraBuilder:
-    """A builder of the camera without pixels, with that noise of a corner's coordinate."""
+    """Returns a builder of the camera without pixels, with that noise of a corner's coordinate."""
 
     def build(bus: Bus, rig: RigConfig, twin: Twin) -> ProjectedCamera:
         place = rig.plate.fiducial_place_mm * 1e-3

@@ -34,7 +34,7 @@ class InFrontOf:
 
 
 def pixel_camera(seed: int) -> CameraBuilder:
-    """A builder of the camera that renders and tracks frames in simulated time.
+    """Returns a builder of the camera that renders and tracks frames in simulated time.
 
     Raises:
         UserError: if the camera agent is not installed here.

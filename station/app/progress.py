@@ -65,7 +65,7 @@ def stages(
 
 
 def duration_text(seconds: float) -> str:
-    """A duration in words: seconds, or minutes from two of them on."""
+    """Returns a duration in words: seconds, or minutes from two of them on."""
     return f"{seconds:.0f} s" if seconds < MINUTES_FROM_S else f"{seconds / 60:.0f} min"
 
 

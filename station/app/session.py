@@ -124,7 +124,7 @@ class Session:
             self._answer(self.asked, ArmReply(reason=_GONE, passing=True))
 
     def say(self, level: str, text: str) -> None:
-        """One line to the log on the bus and to the terminal."""
+        """Writes one line to the log on the bus and to the terminal."""
         stamp = Timestamp.from_ns(self._now_ns)
         self._bus.publish("log", Log(timestamp=stamp, level=LEVELS[level], message=text, name="station"))
         self._on_line(level, text)

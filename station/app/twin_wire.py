@@ -23,9 +23,9 @@ class DirectWire:
         self._world.set_target(position_rad, velocity_rad_s, stamp_ns=now_ns)
 
     def read(self) -> JointReading:
-        """The reading of the joints' sensors at the world's time."""
+        """Returns the reading of the joints' sensors at the world's time."""
         return JointReading(self._world.time_ns, self._names, *self._world.joint_arrays())
 
     def fault(self) -> str:
-        """Nothing can come between."""
+        """Returns an empty text: nothing can come between."""
         return ""

@@ -36,7 +36,7 @@ class Display(Protocol):
         ...
 
     def line(self, level: str, text: str) -> None:
-        """A line of the session's log."""
+        """Takes a line of the session's log."""
         ...
 
     def tell(self, done: int) -> None:
@@ -57,7 +57,7 @@ def display_of(
     nominal_hz: float = 0.0,
     notes: Sequence[str] = (),
 ) -> Display:
-    """The display of a session that is recorded to `path`; `nominal_hz` is the rate of the rig's camera.
+    """Returns the display of a session that is recorded to `path`; `nominal_hz` is the rate of the rig's camera.
 
     `notes` on the rig are told to scripts at the start; on the terminal they stand in the summary at the end.
     """

@@ -63,7 +63,7 @@ class JsonLinesDisplay:
         bus.subscribe("session/sample", self._on_sample)
 
     def line(self, level: str, text: str) -> None:
-        """A line of the log."""
+        """Writes a line of the log."""
         self._write("log", level=level, text=text)
 
     def tell(self, done: int) -> None:
@@ -104,5 +104,5 @@ class JsonLinesDisplay:
 
 
 def _degrees(angle_rad: float) -> float | None:
-    """None for what is unknown: JSON has no nan."""
+    """Returns none for what is unknown: JSON has no nan."""
     return math.degrees(angle_rad) if math.isfinite(angle_rad) else None

@@ -71,7 +71,7 @@ def _state_folder(paths: TargetPaths, account: str) -> None:
 
 
 def _place_venv(paths: TargetPaths, wanted: Wanted) -> None:
-    """The dependencies: a venv that sees the system's packages, made without pip, filled with the unpacked wheels."""
+    """Places the dependencies: a venv that sees the system's packages, filled with the unpacked wheels, without pip."""
     venv = paths.venvs / wanted.venv
     if (venv / "complete").exists():
         return

@@ -32,11 +32,11 @@ class Supervisor(Protocol):
         ...
 
     def running(self) -> int:
-        """The agent's process id; 0 when it does not run."""
+        """Returns the agent's process id; 0 when it does not run."""
         ...
 
     def log(self) -> str:
-        """The last lines of the agent's log."""
+        """Returns the last lines of the agent's log."""
         ...
 
     def remove(self) -> None:
@@ -155,12 +155,12 @@ class NoSupervisor:
 
 
 def supervisor_of(name: str, paths: TargetPaths, *, account: str) -> Supervisor:
-    """The supervisor called "systemd" or "none"."""
+    """Returns the supervisor called "systemd" or "none"."""
     return Systemd(paths) if name == "systemd" else NoSupervisor(paths, account=account)
 
 
 def stays_up(supervisor: Supervisor, *, seconds: float) -> bool:
-    """True if one and the same process runs for so long (a restart in between is a failure)."""
+    """Returns true if one and the same process runs for so long (a restart in between is a failure)."""
     first, end = supervisor.running(), time.monotonic() + seconds
     while first and time.monotonic() < end:
         time.sleep(0.25)
