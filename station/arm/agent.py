@@ -53,7 +53,7 @@ class _Motion:
     """True if the network is the reason for this motion."""
 
     def begun(self, now_ns: int) -> _Motion:
-        """The same motion, beginning now."""
+        """Returns the same motion, beginning now."""
         return replace(self, began_ns=now_ns, end_ns=now_ns + self.plan.motion.trajectory.duration_ns)
 
 
@@ -175,7 +175,7 @@ class ArmAgent:
         self._report(self._motion)
 
     def _commanded(self) -> Array | None:
-        """The joint angles (n,) that were commanded for the moment of the reading; None when nothing moves."""
+        """Returns the joint angles (n,) that were commanded for the moment of the reading; None when nothing moves."""
         if self._motion is None or self._reading is None:
             return None
         elapsed = min(self._reading.stamp_ns, self._now_ns) - self._motion.began_ns
@@ -305,7 +305,7 @@ _REST_RAD_S = math.radians(0.5)
 def arm_agent(
     bus: Bus, settings: ArmSettings, *, driver: Driver | None = None, tilter: Tilter | None = None
 ) -> ArmAgent:
-    """The agent for the `[arm]` table of a rig: model, placement, driver and gate put together.
+    """Returns the agent for the `[arm]` table of a rig: model, placement, driver and gate put together.
 
     A `tilter` of these settings that has not moved yet brings the paths that it has solved. Raises UserError with one
     sentence when they do not fit.

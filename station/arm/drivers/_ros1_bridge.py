@@ -69,7 +69,7 @@ class Bridge:
             self.client.cancel_all_goals()
 
     def goal(self, order: dict[str, Any]) -> Any:
-        """The ROS message of a motion."""
+        """Returns the ROS message of a motion."""
         from trajectory_msgs.msg import JointTrajectoryPoint  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
 
         goal = self.messages.goal()

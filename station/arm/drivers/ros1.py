@@ -82,7 +82,7 @@ class Ros1Arm:
         self._await_robot()
 
     def _listen(self) -> None:
-        """The thread that reads the bridge: it only enqueues."""
+        """Reads the bridge on a thread of its own; it only enqueues."""
         assert self._bridge.stdout is not None
         for line in self._bridge.stdout:
             self._said.append(json.loads(line))
@@ -201,7 +201,7 @@ class Ros1Arm:
 
 
 def _completed(options: Ros1Options, *, robot: str) -> Ros1Options:
-    """The options with kinova-ros's names and ROS's environment where nothing was given."""
+    """Returns the options with kinova-ros's names and ROS's environment where nothing was given."""
     values = asdict(options)
     values["master_uri"] = options.master_uri or os.environ.get("ROS_MASTER_URI") or "http://127.0.0.1:11311"
     values["address"] = options.address or os.environ.get("ROS_IP") or "127.0.0.1"
@@ -247,7 +247,7 @@ def _require_master(uri: str) -> None:
 
 
 def _ordered(values: list[float], order: list[int]) -> Array:
-    """The values in the model's order; zeros where the robot sends none."""
+    """Returns the values in the model's order; zeros where the robot sends none."""
     return np.array(values)[order] if len(values) > max(order) else np.zeros(len(order))
 
 

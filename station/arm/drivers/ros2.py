@@ -187,7 +187,7 @@ class Ros2Arm:
 
 
 def _ordered(values: Array, order: list[int]) -> Array:
-    """The values in the model's order; zeros where the robot sends none."""
+    """Returns the values in the model's order; zeros where the robot sends none."""
     return np.array(values, dtype=np.float64)[order] if len(values) > max(order) else np.zeros(len(order))
 
 
