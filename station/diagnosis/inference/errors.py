@@ -31,7 +31,9 @@ class Curvature:
     run: Times
 
     def covariance(self, precision: Array, width: Array) -> Array:
-        """Covariance (k, k) of the numbers; `precision` (k,) is their priors', `width` (k,) the length of their ranges.
+        """Returns the covariance (k, k) of the numbers.
+
+        `precision` (k,) is their priors', `width` (k,) the length of their ranges.
 
         A number that the runs do not determine gets the variance of a uniform distribution over its range. A number at
         a bound gets the error of any other: how near to its bound it is known to be.
@@ -56,7 +58,7 @@ class Curvature:
 
 
 def _inverse(information: Array) -> Array:
-    """The inverse of an information matrix (k, k), each number in units of its own size.
+    """Returns the inverse of an information matrix (k, k), each number in units of its own size.
 
     Beside a number that a channel without noise knows to many digits the others would count as undetermined, without
     any error.

@@ -14,7 +14,7 @@ SETTLED = 1e-7
 
 
 def log_density(white: Array, tail: Array, limit: Bools) -> Array:
-    """Log density (n,) of each component; for a limit, the log probability to lie beyond it.
+    """Returns the log density (n,) of each component; for a limit, the log probability to lie beyond it.
 
     The components `white` (n,) are whitened, so without a unit; `tail` (n,), or one for all, is their degrees of
     freedom, and `limit` (n,) is True for limits.
@@ -27,12 +27,12 @@ def log_density(white: Array, tail: Array, limit: Bools) -> Array:
 
 
 def _volume(tail: Array) -> Array:
-    """Log of Student's density at 0, without its scale."""
+    """Returns the log of Student's density at 0, without its scale."""
     return gammaln((tail + 1) / 2) - gammaln(tail / 2) - 0.5 * np.log(tail * np.pi)
 
 
 def pulls(white: Array, tail: Array, limit: Bools) -> tuple[Array, Array]:
-    """Slope (n,) of −log density by each component, and its weight (n,) in a Newton step.
+    """Returns the slope (n,) of −log density by each component, and its weight (n,) in a Newton step.
 
     The arguments are those of `log_density`: `white` (n,), `tail` (n,) and `limit` (n,).
 
@@ -49,7 +49,7 @@ def pulls(white: Array, tail: Array, limit: Bools) -> tuple[Array, Array]:
 
 
 def expected_information(curvature: Array, tail: Array, limit: Bools) -> Array:
-    """The information (n,) of each component, without a unit, about its own place: (ν + 1) / (ν + 3).
+    """Returns the information (n,) of each component, without a unit, about its own place: (ν + 1) / (ν + 3).
 
     `curvature` (n,), `tail` (n,) and `limit` (n,) are those of `pulls`. A limit has its curvature: one that lies far
     below tells nothing (Lange, Little & Taylor 1989, J. Am. Stat. Assoc. 84, 881, appendix B).
@@ -59,7 +59,7 @@ def expected_information(curvature: Array, tail: Array, limit: Bools) -> Array:
 
 
 def fitted_tail(white: Array) -> tuple[float, float]:
-    """The degrees of freedom, out of TAILS, and the scale that fit the whitened components `white` (n,) best."""
+    """Gives the degrees of freedom, out of TAILS, and the scale that fit the whitened components `white` (n,) best."""
     if len(white) < thresholds.LEAST_SCALED:
         return thresholds.GAUSSIAN, 1.0
     best, none = (-np.inf, thresholds.GAUSSIAN, 1.0), np.zeros(len(white), dtype=np.bool_)
@@ -71,7 +71,7 @@ def fitted_tail(white: Array) -> tuple[float, float]:
 
 
 def scale_of(white: Array, tail: float) -> float:
-    """Maximum-likelihood scale for given degrees of freedom, from the median on; 1 for fewer than LEAST_SCALED.
+    """Returns maximum-likelihood scale for given degrees of freedom, from the median on; 1 for fewer than LEAST_SCALED.
 
     `white` (n,) are whitened components, without a unit.
     """

@@ -48,7 +48,7 @@ class ExpectedDirections:
 def expected_directions(
     off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array], run: Times
 ) -> ExpectedDirections:
-    """The expectation of deviations from the steepest line, for slides at angles (n, 3) each, rad.
+    """Returns the expectation of deviations from the steepest line, for slides at angles (n, 3) each, rad.
 
     `off_rad` (n, 3), rad, are the deviations as measured, with standard errors `sigma_rad` (n,), rad, which the rows of
     a `run` (n,) have in common. The angles are those on which a law may depend: down the slope in the plate, from the
@@ -69,7 +69,7 @@ def expected_directions(
 
 
 def _common(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array], run: Times) -> Array:
-    """The part (n, 3) of the deviations that harmonics of the angles explain; each angle and order is a group."""
+    """Gives the part (n, 3) of the deviations that harmonics of the angles explain; each angle and order is a group."""
     waves = [function(k * angle.ravel()) for angle in angles_rad for k in HARMONICS for function in (np.cos, np.sin)]
     design = np.column_stack([np.ones(off_rad.size), *waves])
     rows = np.bincount(run)[run] * off_rad.shape[1]
@@ -79,6 +79,6 @@ def _common(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array], run: 
 
 
 def true_variance(left: Array, sigma: Array) -> float:
-    """The variance of true values about zero, from measured ones `left` (n,) less that of their errors `sigma` (n,)."""
+    """Returns the variance of true values about zero, from measured ones `left` (n,) with errors `sigma` (n,)."""
     squared = np.minimum(left**2, float(np.quantile(left**2, FAR)))
     return max(float(np.average(squared / KEPT - sigma**2, weights=sigma**-4.0)), 0.0)

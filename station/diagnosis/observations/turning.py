@@ -18,7 +18,7 @@ LEAST_RAD_S = 1e-6
 
 
 def expected_rates(rate_rad_s: Array, sigma_rad_s: Array) -> tuple[Array, Array]:
-    """The expected rates (n, 3) and their errors (n,), rad/s.
+    """Returns the expected rates (n, 3) and their errors (n,), rad/s.
 
     `rate_rad_s` (n, 3) are the measured ones at three moments of each of n stretches of a slide, with errors
     `sigma_rad_s` (n,) at the middle one.
