@@ -26,7 +26,7 @@ class Read:
 
 
 def read_pairs(path: Path) -> Read:
-    """The pairs in the file.
+    """Reads the pairs in the file.
 
     Raises:
         UserError: if it cannot be read or is neither kind.
