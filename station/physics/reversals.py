@@ -23,7 +23,7 @@ LEAST_TURNS = 2
 
 
 def rising(time_s: Array, tilt_rad: Array, at_s: Array) -> Array:
-    """The tilt's sign of change (m,) at times `at_s` (m,), s: +1 at first, its last sign at rest.
+    """Returns the tilt's sign of change (m,) at times `at_s` (m,), s: +1 at first, its last sign at rest.
 
     It is told from the readings `tilt_rad` (n,), rad, at the times `time_s` (n,), s, ascending.
     """
@@ -32,14 +32,17 @@ def rising(time_s: Array, tilt_rad: Array, at_s: Array) -> Array:
 
 
 def last_sign(change: Array, still_rad: float) -> Array:
-    """The sign (n,) of each change (n,), or of the last one before it beyond `still_rad`; +1 before there was any."""
+    """Returns the sign (n,) of each change (n,), or of the last one before it beyond `still_rad`.
+
+    It is +1 before there was any.
+    """
     sign = np.where(np.abs(change) > still_rad, np.sign(change), 0.0)
     moved = np.maximum.accumulate(np.where(sign != 0, np.arange(len(sign)), -1))
     return np.where(moved >= 0, sign[np.maximum(moved, 0)], 1.0)
 
 
 def turned_at(tilt_rad: Array, sign: Array, *, before_rad: float) -> tuple[Array, Array]:
-    """The tilt (n,), rad, at which it last turned round, and the SWINGS swings before (n, SWINGS), rad, the last first.
+    """Gives the tilt (n,), rad, at which it last turned round, and the swings before (n, SWINGS), rad, the last first.
 
     `tilt_rad` (n,), rad, goes on in the directions `sign` (n,), +1 or −1; a turn lies at the farthest that it had come
     the other way. A swing back that is gone through again leaves no trace, as in a play operator and in rainflow
@@ -59,13 +62,13 @@ def turned_at(tilt_rad: Array, sign: Array, *, before_rad: float) -> tuple[Array
 
 
 def swings(turns_rad: Sequence[float]) -> Array:
-    """The last swings (SWINGS,), rad, the last first, between turns at these tilts; infinite before the first."""
+    """Gives the last swings (SWINGS,), rad, the last first, between turns at these tilts; infinite before the first."""
     known = np.abs(np.diff(turns_rad[-SWINGS - 1 :]))[::-1]
     return np.concatenate([known, np.full(SWINGS - len(known), np.inf)])
 
 
 def _gone_through(turns: list[float], ahead_rad: Array, sign: float) -> Iterator[tuple[int, int]]:
-    """The parts of a way, as begin and end, with the same last turn; those that are gone through leave `turns`.
+    """Yields the parts of a way, as begin and end, with the same last turn; those that are gone through leave `turns`.
 
     `ahead_rad` (n,), rad, is the tilt times its direction, `sign`.
     """

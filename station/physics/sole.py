@@ -37,7 +37,7 @@ SQUARE_GYRATION = 1.0 / 6.0
 
 
 def left_beside_moment(across_m: Array, square_m2: Array | float, area_m2: Array) -> Array:
-    """The share (n,) of friction that holds a block at rest on which it acts beside the mass.
+    """Returns the share (n,) of friction that holds a block at rest on which it acts beside the mass.
 
     The moment takes the rest of the limit surface |F|² + M² / (ρ² + a²) = (mu N)²; a is the arm, its square
     `square_m2` (n,) and its part across the way `across_m` (n,), on a sole of `area_m2` (n,).
@@ -46,7 +46,7 @@ def left_beside_moment(across_m: Array, square_m2: Array | float, area_m2: Array
 
 
 def left_against_turning(lead: Array) -> Array:
-    """The share (n,) of the moment against the turning that a lead (n,), widths of the sole, leaves.
+    """Returns the share (n,) of the moment against the turning that a lead (n,), widths of the sole, leaves.
 
     From a sixth of the width on the sole lifts behind, and stands on 3 (1 / 2 − λ) of it.
     """
@@ -54,7 +54,7 @@ def left_against_turning(lead: Array) -> Array:
 
 
 def carried_across(lead: Array, side_m: Array, *, yaw_rate_rad_s: Array | float, speed_m_s: Array) -> Array:
-    """The force (n,) across the way, to the right for a turn to the left, over the friction against sliding alone.
+    """Returns the force (n,) across the way, to the right for a left turn, over the friction against sliding alone.
 
     `lead` (n,) is in widths of the sole, which are `side_m` (n,), m; the block slides at `speed_m_s` (n,), m/s.
     """
