@@ -47,7 +47,7 @@ class _Channel:
 
 
 def partial_path(path: Path) -> Path:
-    """The name of a recording while it grows."""
+    """Returns the name of a recording while it grows."""
     return path.with_name(path.name + PARTIAL)
 
 
@@ -105,7 +105,7 @@ class Recording:
         self._describe(self._provenance)
 
     def __enter__(self) -> Recording:
-        """Itself."""
+        """Returns itself."""
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -150,7 +150,7 @@ class Recording:
         self._writer.add_metadata(name, sealed(values))
 
     def offset_ns(self, agent: str) -> int:
-        """Station clock minus the agent's clock as last heard; 0 before that."""
+        """Returns station clock minus the agent's clock as last heard; 0 before that."""
         return self._offsets.get(agent, 0)
 
     def write_message(self, topic: str, message: Message, *, receive_ns: int) -> None:

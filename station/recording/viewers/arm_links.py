@@ -62,7 +62,10 @@ class ArmLinks:
         return math.degrees(tilt_of(state.qw, state.qx, state.qy, state.qz))
 
     def _links(self, position_rad: tuple[float, ...]) -> Iterator[ros2.Transform]:
-        """Every link, and the foot, which stays where it is: a viewer that jumps reads the newest message alone."""
+        """Yields every link, and the foot, which stays where it is.
+
+        A viewer that jumps reads the newest message alone.
+        """
         foot, steps = self._arm.foot, self._arm.links(position_rad)
         yield foot.parent, foot.child, foot.xyz_m, foot.quaternion_wxyz
         for step in steps:
@@ -70,6 +73,6 @@ class ArmLinks:
 
 
 def moved(position_rad: tuple[float, ...], written_rad: tuple[float, ...]) -> bool:
-    """True if a joint is elsewhere than when it was written last, or nothing was."""
+    """Returns true if a joint is elsewhere than when it was written last, or nothing was."""
     pairs = zip(position_rad, written_rad, strict=False)
     return not written_rad or any(abs(now - then) > STILL_RAD for now, then in pairs)

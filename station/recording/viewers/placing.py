@@ -22,7 +22,7 @@ class Placing:
         return ()
 
     def just_done(self, message: FrameTransforms) -> bool:
-        """True once: with the transforms that place what was still missing."""
+        """Returns true once: with the transforms that place what was still missing."""
         if self._over or not self._jointed:
             return False
         self._placed |= {transform.child_frame_id for transform in message.transforms}

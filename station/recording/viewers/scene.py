@@ -42,7 +42,7 @@ class Scene:
 
 
 def _entity(link: xml.Element, timestamp: Timestamp) -> SceneEntity | None:
-    """The bodies of a link; None for one without any, such as the world."""
+    """Returns the bodies of a link; None for one without any, such as the world."""
     bodies = [_body(visual) for visual in link.iter("visual")]
     if not bodies:
         return None
