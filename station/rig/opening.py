@@ -25,7 +25,9 @@ Bools = NDArray[np.bool_]
 
 
 def room_m(opening_m: float, half_m: Array, pose: tuple[Array, Array, Array]) -> Array:
-    """Distance (n,), m, of a square's outermost corner from a circle round the plate's middle, negative beyond it.
+    """Returns the distance (n,), m, of a square's outermost corner from a circle round the plate's middle.
+
+    It is negative beyond the circle.
 
     `opening_m` is the circle's radius, `half_m` (n,) half the square's side, `pose` its x, y (m) and yaw (rad), (n,).
     """
@@ -55,7 +57,7 @@ class Opening:
         return max(float(inside_by_m(np.array(self.outline_m), np.zeros((1, 2)))[0]), 0.0)
 
     def room_m(self, half_m: Array, pose: tuple[Array, Array, Array]) -> Array:
-        """Distance (n,), m, of square blocks from the foam, negative in it; see `room_m` for the arguments.
+        """Returns the distance (n,), m, of square blocks from the foam, negative in it; see `room_m` for the arguments.
 
         `half_m` (n,), m, is half a block's side.
         """
@@ -64,7 +66,9 @@ class Opening:
         return room_m(self.radius_m, half_m, pose)
 
     def inward(self, half_m: Array, pose: tuple[Array, Array, Array]) -> Array:
-        """The unit vectors (n, 2) along which the foam pushes blocks: to the middle, or square to the nearest side.
+        """Returns the unit vectors (n, 2) along which the foam pushes blocks.
+
+        They point to the middle, or square to the nearest side.
 
         `half_m` (n,), m, is half a block's side, and `pose` its x, y (m) and yaw (rad) in the plate, (n,).
         """
@@ -74,7 +78,7 @@ class Opening:
         return -away / np.maximum(np.linalg.norm(away, axis=-1, keepdims=True), 1e-9)
 
     def touches(self, corners_m: Array) -> Bools:
-        """True (n,) for blocks that touch the foam or lie in it; `corners_m`: (n, 4, 2), m, in the plate."""
+        """Returns true (n,) for blocks that touch the foam or lie in it; `corners_m`: (n, 4, 2), m, in the plate."""
         if self.outline_m:
             return touches_outline(np.array(self.outline_m), corners_m, TOUCH_M)
         return np.asarray(touches_round(self.radius_m, corners_m, TOUCH_M).any(axis=1))
@@ -95,7 +99,7 @@ class Opening:
 
 
 def square_corners(half_m: float, pose: tuple[float, float, float]) -> Array:
-    """The corners (1, 4, 2), m, of a square block at a pose x, y (m) and yaw (rad)."""
+    """Returns the corners (1, 4, 2), m, of a square block at a pose x, y (m) and yaw (rad)."""
     x, y, yaw = pose
     turn = np.array([[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), math.cos(yaw)]])
     return (half_m * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) @ turn + np.array([x, y]))[None]
