@@ -40,11 +40,11 @@ class Chances:
 
     @classmethod
     def none(cls, n: int) -> Chances:
-        """No random differences."""
+        """Returns no random differences."""
         return cls(friction=np.ones(n), shake=np.zeros(n))
 
     def rows(self, chosen: slice) -> Chances:
-        """The differences of the chosen runs."""
+        """Returns the differences of the chosen runs."""
         return Chances(friction=self.friction[chosen], shake=self.shake[chosen])
 
     @classmethod

@@ -32,7 +32,7 @@ class Change:
 
 
 def changes() -> tuple[Change, ...]:
-    """The changes to be tried, from none at all to the largest, which is the refined scene."""
+    """Returns the changes to be tried, from none at all to the largest, which is the refined scene."""
     firm = f'cone="elliptic", impratio="{IMPRATIO:g}"'
     return (
         Change(text="as it is", make=lambda _: None),
@@ -103,7 +103,7 @@ def _tried(change: Change, driver: Driver) -> Tried:
 
 
 def of_scene(path: Path) -> SceneSimulator:
-    """A simulator from a MuJoCo scene.
+    """Returns a simulator from a MuJoCo scene.
 
     Raises:
         UserError: as `Scene` does.
