@@ -145,7 +145,7 @@ class CameraPart:
             self._outline(entities.REFERENCE, reference)
 
     def _show_way(self, seen: Array | None) -> None:
-        """Arrows from the reference corners to where they are now."""
+        """Draws arrows from the reference corners to where they are now."""
         reference = self._reference.corners_px
         way = np.empty((0, 2)) if seen is None or reference is None else seen - reference
         start = np.empty((0, 2)) if reference is None else reference + frames.PIXEL_CENTRE
@@ -153,7 +153,7 @@ class CameraPart:
 
 
 def _describe_looks(canvas: Canvas) -> None:
-    """Colours and widths."""
+    """Describes colours and widths."""
     for path, colour in (
         (entities.CORNERS, colours.MARK),
         (entities.PLATE_MARK, colours.PLATE),

@@ -171,5 +171,5 @@ def _direction(number: int) -> str:
 
 
 def _failed(report: MotionReport) -> bool:
-    """A motion that a return took over did not fail."""
+    """Returns true if a motion failed; one that a return took over did not."""
     return bool(report.fault) and report.fault != REPLACED
