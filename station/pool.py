@@ -34,7 +34,7 @@ _ROUND = 64
 def spread(
     work: Callable[[Task], Result], tasks: Iterable[Task], *, jobs: int = 0, in_order: bool = True
 ) -> Generator[Iterator[Result]]:
-    """The results of `work` on every task as they come: in the tasks' order, or each as soon as it is done.
+    """Provides the results of `work` on every task as they come: in the tasks' order, or each as soon as it is done.
 
     The first error is raised as soon as it is known. It ends the processes, as does leaving the block, and loses what
     they were at: so a task writes each of its files whole, or not at all.
