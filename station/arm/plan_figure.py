@@ -27,7 +27,7 @@ _MEANINGS = {
 
 
 def draw_plan(here: Pose, others: Sequence[Pose], path: Path) -> None:
-    """Write the picture; `others` are poses found by a search, best first (the first is drawn beside `here`)."""
+    """Writes the picture; `others` are poses found by a search, best first (the first is drawn beside `here`)."""
     figure: Any = Figure(figsize=(13, 5.2), layout="constrained", facecolor="white")
     figure.suptitle(f"{here.stage.model.name}: how far the plate tilts with its pivot at rest")
     _draw_reach(figure.add_subplot(1, 3, 1, projection="polar"), here, others)

@@ -112,7 +112,7 @@ def _torque_share(model: ArmModel, scene: CollisionScene, joints_rad: Array) -> 
 
 
 def require_reach(pose: Pose, *, angle_rad: float, directions: Sequence[int] = ()) -> None:
-    """Refuse a session whose plan tilts to `angle_rad` where the arm cannot.
+    """Refuses a session whose plan tilts to `angle_rad` where the arm cannot.
 
     `directions` names the reaches in the sentence (0 to 3, in the order of the pose); without it they are azimuths.
     Raises UserError naming the first unreachable step and the best alternative.

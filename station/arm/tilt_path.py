@@ -99,7 +99,7 @@ class TiltStage:
 def tilt_stage(
     model: ArmModel, *, base_xyz_m: Sequence[float], base_yaw_rad: float, home_rad: Sequence[float] | Array
 ) -> TiltStage:
-    """Set up an arm whose base stands upright at `base_xyz_m` in the world, turned by `base_yaw_rad`.
+    """Sets up an arm whose base stands upright at `base_xyz_m` in the world, turned by `base_yaw_rad`.
 
     `home_rad` must hold the plate level and along the world's axes to 0.05 rad; what is left is corrected here.
     Raises UserError when it does not.
@@ -127,7 +127,7 @@ def tilt_path(
     max_angle_rad: float = MAX_ANGLE_RAD,
     touching: Callable[[Array], str] | None = None,
 ) -> TiltPath:
-    """Follow one tilt from the home pose until a joint limit, a singular pose or `max_angle_rad` ends it.
+    """Follows one tilt from the home pose until a joint limit, a singular pose or `max_angle_rad` ends it.
 
     `touching` says what the arm would touch with its joints at (n,), or nothing; it ends the path, too.
     """

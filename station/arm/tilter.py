@@ -81,7 +81,7 @@ class Tilter:
         return self._paths[key]
 
     def locate(self, joints_rad: Array) -> None:
-        """Find the tilt at which the arm stands from `joints_rad` (n,), rad, for example after a restart in mid-tilt.
+        """Finds the tilt at which the arm stands from `joints_rad` (n,), rad, for example after a restart in mid-tilt.
 
         Raises UserError when the arm stands in none: then it must be brought home by the maker's own means.
         """

@@ -197,7 +197,7 @@ def forward_kinematics(model: ArmModel, q: ArrayLike, *, world_from_base: Array 
 
 
 def load_arm_model(name_or_path: str | Path) -> ArmModel:
-    """Read an arm's description: a name in `station/rig/models/` (such as jaco2_spherical) or a path to a TOML file.
+    """Reads an arm's description: a name in `station/rig/models/` (such as jaco2_spherical) or a path to a TOML file.
 
     Raises UserError naming the file when it is missing or does not describe an arm.
     """

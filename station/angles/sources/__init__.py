@@ -41,7 +41,7 @@ class AngleSource(Protocol):
     """One angle sensor. Faults are raised as OSError or UserError; the source is then closed and opened again."""
 
     def open(self) -> None:
-        """Connect to the sensor; may take seconds."""
+        """Connects to the sensor; may take seconds."""
         ...
 
     def read(self) -> tuple[Reading, ...]:
@@ -49,7 +49,7 @@ class AngleSource(Protocol):
         ...
 
     def close(self) -> None:
-        """Let go of the sensor; allowed at any time, also when it is not open."""
+        """Lets go of the sensor; allowed at any time, also when it is not open."""
         ...
 
 

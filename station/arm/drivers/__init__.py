@@ -90,7 +90,7 @@ def driver_names() -> tuple[str, ...]:
 
 
 def load_driver(name: str, *, link: DriverLink) -> Driver:
-    """Import the driver `name` and connect it.
+    """Imports the driver `name` and connects it.
 
     Raises UserError when there is no such driver, or with the driver's own sentence when it cannot connect.
     """

@@ -64,7 +64,7 @@ def _sections() -> dict[str, str]:
 
 
 def follow_joint_trajectory() -> FollowJointTrajectory:
-    """Generate the classes; ImportError when ROS 1 is not installed."""
+    """Generates the classes; ImportError when ROS 1 is not installed."""
     # ROS is there only where an arm speaks it.
     from genpy.dynamic import generate_dynamic  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
 

@@ -91,7 +91,7 @@ class Ros1Arm:
         self._heard.set()
 
     def _await_robot(self) -> None:
-        """Wait for `ready`; raises UserError with the bridge's reason, or when none comes."""
+        """Waits for `ready`; raises UserError with the bridge's reason, or when none comes."""
         first: dict[str, Any] = {"error": "its ROS process gave no answer"}
         while self._heard.wait(self._options.connect_timeout_s + 5.0):
             self._heard.clear()
@@ -231,7 +231,7 @@ def _start_bridge(options: Ros1Options) -> subprocess.Popen[str]:
 
 
 def _require_master(uri: str) -> None:
-    """Ask the ROS master for a sign of life; without this, ROS waits for it for ever."""
+    """Asks the ROS master for a sign of life; without this, ROS waits for it for ever."""
     before = socket.getdefaulttimeout()
     socket.setdefaulttimeout(2.0)
     try:
@@ -252,5 +252,5 @@ def _ordered(values: list[float], order: list[int]) -> Array:
 
 
 def connect(link: DriverLink) -> Ros1Arm:
-    """Connect to the robot's ROS master."""
+    """Connects to the robot's ROS master."""
     return Ros1Arm(link)

@@ -65,7 +65,7 @@ class Ros2Arm:
         self._join(domain)
 
     def _join(self, domain: int) -> None:
-        """Show up in the ROS graph, listen to the joints, and look for the controller."""
+        """Shows up in the ROS graph, listens to the joints, and looks for the controller."""
         session, options = self._session, self._options
         session.announce(wire.node_token(session.id, domain=domain, name=_NODE))
         session.announce(
@@ -192,5 +192,5 @@ def _ordered(values: Array, order: list[int]) -> Array:
 
 
 def connect(link: DriverLink) -> Ros2Arm:
-    """Connect to the robot's Zenoh router."""
+    """Connects to the robot's Zenoh router."""
     return Ros2Arm(link)

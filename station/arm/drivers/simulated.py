@@ -138,5 +138,5 @@ class SimulatedArm:
 
 
 def connect(link: DriverLink) -> SimulatedArm:
-    """Connect to the twin over the bus."""
+    """Connects to the twin over the bus."""
     return SimulatedArm(BusWire(link))
