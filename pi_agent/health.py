@@ -27,11 +27,11 @@ class Watchdog:
         self._patted_s = float("-inf")
 
     def ready(self) -> None:
-        """The agent has begun its work."""
+        """Tells systemd that the agent has begun its work."""
         self._send("READY=1")
 
     def stopping(self) -> None:
-        """The agent is about to end."""
+        """Tells systemd that the agent is about to end."""
         self._send("STOPPING=1")
 
     def say(self, status: str) -> None:
@@ -39,7 +39,7 @@ class Watchdog:
         self._send("STATUS=" + status.replace("\n", " "))
 
     def fresh_frame(self) -> None:
-        """A frame has come: pats the watchdog, five times within its limit."""
+        """Pats the watchdog when a frame has come, five times within its limit."""
         now_s = time.monotonic()
         if self._interval_s and now_s - self._patted_s >= self._interval_s:
             self._patted_s = now_s

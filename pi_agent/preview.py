@@ -46,7 +46,7 @@ class Preview:
         self._requests: list[FrameRequest] = []
 
     def attach(self, view: View) -> None:
-        """The camera was opened."""
+        """Takes the camera that was opened."""
         self._view = view
 
     def frame_came(self, capture_ns: int) -> None:

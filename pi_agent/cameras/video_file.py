@@ -143,7 +143,7 @@ def open_pictures(path: Path, *, setting: str = "path in [camera.options]") -> t
 
 
 def quieten_decoders() -> None:
-    """One sentence of ours says what is wrong with a file: OpenCV and ffmpeg would write theirs at every try."""
+    """Silences OpenCV and ffmpeg, which would write at every try: a sentence of ours says what is wrong with a file."""
     set_level = getattr(cv2, "setLogLevel", None) or cv2.utils.logging.setLogLevel  # OpenCV 4 has it at another place
     set_level(0)
     os.environ["OPENCV_FFMPEG_LOGLEVEL"] = "-8"

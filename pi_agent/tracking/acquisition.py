@@ -34,7 +34,7 @@ class Acquisition:
         self._dropout = 0
 
     def found(self) -> None:
-        """There is a mark: a dropout ends."""
+        """Notes that there is a mark: a dropout ends."""
         self._dropout = 0
 
     def look(self, frame: Frame, why: validation_gate.Verdict, *, blur_px: float) -> Attempt:

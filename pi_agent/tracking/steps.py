@@ -155,7 +155,7 @@ class MovingModels:
         return model, indices * (MOTION_BLUR_STEP / BETWEEN)
 
     def _sloped_at(self, indices: NDArray[np.intp]) -> Sloped:
-        """Few frames need it."""
+        """Returns the estimators that allow for a slope in the light, which few frames need."""
         (table,) = _tables_at(self._sloped_tables, indices)
         return Sloped(self._sloped.take(indices, axis=0), table)
 

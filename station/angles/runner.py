@@ -95,7 +95,7 @@ class Runner:
         return [Note(WARNING, text)]
 
     def _revive(self, now_ns: int) -> None:
-        """A silent source is opened anew now and then: its server may have been restarted and have forgotten us."""
+        """Opens a silent source anew now and then: its server may have been restarted and have forgotten us."""
         if self._watch.silent and self._open and now_ns >= self._retry_ns:
             self._shut()
 

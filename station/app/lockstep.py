@@ -166,14 +166,14 @@ class Lockstep:
         self.session.tick(now_ns)
 
     def _tick_clock(self, now_ns: int) -> None:
-        """One clock drives all: the offsets are zero, and said to be."""
+        """Says that the offsets are zero, as one clock drives all."""
         for agent in ("camera", "arm"):
             self.bus.publish("clock", ClockOffset(stamp_ns=now_ns, agent=agent))
 
 
 @contextmanager
 def _without_garbage_collection() -> Generator[None]:
-    """Nothing in the loop makes cycles of objects, and looking for them costs a tenth of it."""
+    """Collects no garbage: nothing in the loop makes cycles of objects, and looking for them costs a tenth of it."""
     enabled = gc.isenabled()
     gc.disable()
     try:

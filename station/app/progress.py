@@ -31,7 +31,7 @@ class ProgressLines:
         self._begin = self._last = seconds()
 
     def at(self, done: int) -> None:
-        """`done` of them are there."""
+        """Shows that `done` of them are there."""
         now = self._seconds()
         if self._console.is_terminal or now - self._last < EVERY_S:
             return

@@ -119,7 +119,7 @@ class Session:
         self._bus.publish("arm/reply", stamped)
 
     def arm_is_gone(self) -> None:
-        """The arm agent has died: nobody will report the end of the motion under way, so it is answered for."""
+        """Answers for an arm agent that has died: nobody else will report the end of the motion under way."""
         if self.asked is not None:
             self._answer(self.asked, ArmReply(reason=_GONE, passing=True))
 

@@ -28,7 +28,7 @@ class Requests:
 
 @contextlib.contextmanager
 def signals(requests: Requests) -> Generator[None]:
-    """Signals end the loop with the arm held, or stop the arm at once: see shared/system/processes.py."""
+    """Lets signals end the loop with the arm held, or stop the arm at once: see shared/system/processes.py."""
 
     def on_signal(number: int, frame: FrameType | None) -> None:
         del frame

@@ -150,7 +150,7 @@ class _Collected:
 
 
 def _refuse_other(info: TopicInfo) -> None:
-    """A topic that carries something else than its message would be read as nonsense."""
+    """Refuses a topic that carries something else than its message, which would be read as nonsense."""
     expected = _TRACKS.get(info.name) or _WHOLE.get(info.name) or AngleReading
     if info.message is not expected:
         raise UserError(f"Expected {wire.schema_name(expected)} on the topic {info.name}, got {info.schema}")

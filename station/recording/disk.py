@@ -102,7 +102,7 @@ class ReservedFile:
             os.fsync(self._file.fileno())
 
     def let_go(self) -> None:
-        """Another process, born from this one, goes on with the file: it is closed here alone."""
+        """Closes the file here alone: another process, born from this one, goes on with it."""
         self._file.close()
 
     def close(self) -> None:

@@ -290,7 +290,7 @@ class Recording:
             self._on_stopped(sentence)
 
     def let_go(self) -> None:
-        """Another process, born from this one, goes on with the recording: nothing more is written here."""
+        """Writes nothing more here: another process, born from this one, goes on with the recording."""
         self._closed = True
         self._file.let_go()
 

@@ -25,7 +25,7 @@ class ReferenceTracker:
         self._phase = ""
 
     def on_event(self, event: RunEvent) -> None:
-        """A phase began."""
+        """Takes the phase that began."""
         if event.phase in _INCIDENTAL:
             return
         if event.phase == "REFERENCE":

@@ -22,13 +22,13 @@ class Display(Protocol):
     """Shows a session while it runs; a context manager."""
 
     def __enter__(self) -> Self:
-        """The session begins."""
+        """Begins to show the session."""
         ...
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None, /
     ) -> None:
-        """It is over, in whatever way."""
+        """Ends the display, in whatever way the session ended."""
         ...
 
     def attach(self, bus: Bus) -> None:
@@ -40,11 +40,11 @@ class Display(Protocol):
         ...
 
     def tell(self, done: int) -> None:
-        """`done` samples are there; called often."""
+        """Shows that `done` samples are there; called often."""
         ...
 
     def end(self, fault: str) -> None:
-        """The recording is closed; `fault` is empty or says why the session ended early."""
+        """Shows that the recording is closed; `fault` is empty or says why the session ended early."""
         ...
 
 

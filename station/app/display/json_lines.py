@@ -54,7 +54,7 @@ class JsonLinesDisplay:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Nothing is left to be done."""
+        """Does nothing: nothing is left to be done."""
 
     def attach(self, bus: Bus) -> None:
         """Follows the session on this bus."""

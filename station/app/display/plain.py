@@ -21,7 +21,7 @@ class PlainDisplay:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Nothing is left to be done."""
+        """Does nothing: nothing is left to be done."""
 
     def attach(self, bus: Bus) -> None:
         """Does nothing: the samples' number is told."""
@@ -31,7 +31,7 @@ class PlainDisplay:
         self._console.print(f"[dim]{level}[/] {escape(visible(text))}")
 
     def tell(self, done: int) -> None:
-        """`done` samples are there."""
+        """Shows that `done` samples are there."""
         self._progress.at(done)
 
     def end(self, fault: str) -> None:

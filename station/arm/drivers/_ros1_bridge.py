@@ -56,7 +56,7 @@ class Bridge:
         return True
 
     def on_state(self, state: Any) -> None:
-        """A joint state came from the robot."""
+        """Takes a joint state that came from the robot."""
         stamp_ns = state.header.stamp.to_nsec()
         self.say(state=[stamp_ns, list(state.name), list(state.position), list(state.velocity), list(state.effort)])
 
@@ -82,7 +82,7 @@ class Bridge:
         return goal
 
     def on_goal(self, number: int, handle: Any) -> None:
-        """The robot said something about a goal."""
+        """Takes what the robot said about a goal."""
         from actionlib import CommState  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
         from actionlib_msgs.msg import GoalStatus  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
 

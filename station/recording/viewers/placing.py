@@ -17,7 +17,7 @@ class Placing:
         self._placed: set[str] = set()
 
     def take_joints(self, message: JointState, _: int) -> tuple[()]:
-        """The arm's links have a place once the rig file's joints, and not another arm's, have been told."""
+        """Notes that the arm's links have a place once the rig file's joints, and not another arm's, have been told."""
         self._jointed = self._jointed or self._names <= frozenset(message.name)
         return ()
 

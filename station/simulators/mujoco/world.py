@@ -362,7 +362,7 @@ class TwinWorld:
             self._slack = self._hold.slack(force, share=self._limit(LETS_GO))
 
     def _renew(self, force: grip.Three) -> None:
-        """A new draw takes effect once it holds the block where it lies.
+        """Lets a new draw take effect once it holds the block where it lies.
 
         Were it to act at once, a block that stopped on a still tilted plate would slide again whenever the draw is
         low, and draw again: the low draws would be lost, and the friction of the runs would not be the one set.
@@ -411,7 +411,7 @@ class TwinWorld:
             self._loose = self._engines.within_reach(block, reach_m=reach)
 
     def _pick_up(self) -> None:
-        """The block has left the plate, or lies on the level plate tipped over or askew: somebody puts it back."""
+        """Puts back a block that has left the plate, or lies on the level plate tipped over or askew."""
         self.lost += 1
         self.place_block(0.0, 0.0, 0.0)
 

@@ -34,7 +34,7 @@ class LimitCurve:
     """The friction of a model without its scatter."""
 
     def __init__(self, model: Model, *, phases: tuple[bool, ...] = (False, True)) -> None:
-        """`phases`: whether it is to be asked for blocks at rest (False), in motion (True), or both."""
+        """`phases` says if it is to be asked for blocks at rest (False), in motion (True), or both."""
         self._model, self._mu = model, model.mu_s
         terms = model.acting("friction")
         self._directed = tuple(term for term in terms if asks_for_direction(term, phases=phases))

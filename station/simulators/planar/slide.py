@@ -102,7 +102,7 @@ class Slide:
     """Follows blocks from their onset to their stop."""
 
     def __init__(self, world: World, curve: LimitCurve, *, traced: bool = True) -> None:
-        """`traced`: whether the nodes are wanted; else only the onsets are among them."""
+        """`traced` says if the nodes are wanted; else only the onsets are among them."""
         self._traced = traced
         self._world, self._curve = world, curve.in_motion
         self._shakes = bool(world.model.acting("shaking"))
@@ -198,7 +198,7 @@ class Slide:
     def _moved_on(
         self, blocks: Blocks, passed: NDArray[np.bool_], now: Array, end_s: Array
     ) -> tuple[Blocks, NDArray[np.bool_]]:
-        """Blocks that have reached a knot go on to the next stretch that takes any time; says whose run is over."""
+        """Moves blocks that have reached a knot on to the next stretch that takes any time; says whose run is over."""
         over = passed & (now >= end_s)
         going = np.flatnonzero(passed & ~over)
         if len(going):

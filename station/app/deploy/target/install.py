@@ -124,7 +124,7 @@ def _switch(paths: TargetPaths, wanted: Wanted, supervisor: Supervisor) -> bool:
 
 
 def _other_supervisor(paths: TargetPaths, wanted: Wanted) -> Supervisor:
-    """The one that is not wanted may run an agent from an earlier deployment."""
+    """Returns the one that is not wanted, which may run an agent from an earlier deployment."""
     return supervisor_of("none" if wanted.supervisor == "systemd" else "systemd", paths, account="root")
 
 
