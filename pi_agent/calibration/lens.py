@@ -86,7 +86,10 @@ class Lens:
 def undistorted(points_px: Floats, intrinsics: Floats, distortion: tuple[float, ...]) -> Floats:
     """Returns pixels `points_px` (n, 2), px, as an ideal pinhole with the same matrix would have them.
 
-    `intrinsics` (3, 3), px, is that matrix, and `distortion` has OpenCV's numbers, none for an ideal lens.
+    Args:
+        points_px: (n, 2) pixels of the distorted picture, px.
+        intrinsics: (3, 3) the camera's matrix, px.
+        distortion: OpenCV's numbers; none for an ideal lens.
     """
     if not any(distortion):
         return np.asarray(points_px, dtype=np.float64)

@@ -97,10 +97,14 @@ def _resting(frames: Image, tracker: Tracker, *, name: str) -> Floats:
 def calibrate_plate(
     corners_px: Floats, rig: RigConfig, *, intrinsics: Floats | None, distortion: tuple[float, ...] = ()
 ) -> PlateView:
-    """Returns the map from the fiducials' corners `corners_px` (16, 2), px.
+    """Returns the map from pixels to the plate by the fiducials' corners.
 
-    Without the lens's `intrinsics` (3, 3), px, the camera is taken to be `height_mm` above the plate, which then gives
-    the focal length.
+    Args:
+        corners_px: (16, 2) the corners of the four fiducials, px.
+        rig: the rig file's values, which say where the fiducials lie.
+        intrinsics: (3, 3) the lens's, px; without it, the camera is taken to be `height_mm` above the plate, which then
+            gives the focal length.
+        distortion: OpenCV's numbers for the lens; none for an ideal one.
 
     Raises:
         UserError: when what was seen does not fit the plate that the rig file describes.

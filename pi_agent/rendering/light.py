@@ -36,8 +36,11 @@ def tone_table(sensor: Sensor) -> NDArray[np.float32]:
 def expose(light: Image, normal: Image, *, sensor: Sensor, table: NDArray[np.float32]) -> Frame:
     """Returns pixel values (h, w) of light with shot and read noise.
 
-    `light` (h, w): 1 is full scale; `normal` (h, w): normal deviates; `table` (n,): what `tone_table` gives, pixel
-    values.
+    Args:
+        light: (h, w) light on the sensor, 1 at full scale.
+        normal: (h, w) normal deviates.
+        sensor: the noise of the sensor.
+        table: (n,) what `tone_table` gives, pixel values.
     """
     signal = np.maximum(light, 0.0)
     deviation = np.sqrt(signal * (1.0 / sensor.full_scale_e) + (sensor.read_noise_e / sensor.full_scale_e) ** 2)

@@ -138,8 +138,16 @@ def paint(
 ) -> Image:
     """Returns the coats over `ground` (height, width), reflectance, blurred by the lens.
 
-    The ground is as large as the patch, as is the result, and not blurred. `instants` (k,), s about the middle of the
-    exposure, are the points in time whose images are averaged.
+    The result is as large as the patch.
+
+    Args:
+        ground: (height, width) the ground's reflectance, not blurred, as large as the patch.
+        coats: what is painted over the ground, in this order.
+        scene: where everything is.
+        patch: the part of the frame that is painted.
+        instants: (k,) the points in time whose images are averaged, s about the middle of the exposure.
+        quality: the resolution of the picture.
+        sag_px: how far the picture is shifted by a camera that sags, x and y, px.
     """
     fine = quality.fine
     base = np.repeat(np.repeat(ground, fine, axis=0), fine, axis=1) if fine > 1 else ground
@@ -196,7 +204,10 @@ def _within(starts: Floats, layer: NDArray[np.int64], *, layers: int, size: tupl
 def composite(base: Image, covered: NDArray[np.float32], reflectances: tuple[float, ...]) -> Image:
     """Returns the layers painted one after another over `base` (height, width), reflectance, in the same shape.
 
-    `covered` (layers, height, width): the share of each pixel that each layer covers.
+    Args:
+        base: (height, width) what is painted over, reflectance.
+        covered: (layers, height, width) the share of each pixel that each layer covers, 0 to 1.
+        reflectances: the reflectance of each layer.
     """
     image = base
     for cover, reflectance in zip(covered, reflectances, strict=True):

@@ -40,8 +40,12 @@ class Acquisition:
     def look(self, frame: Frame, why: validation_gate.Verdict, *, blur_px: float) -> Attempt:
         """Gives the candidate that is accepted, when it is the only one; else none, and why (`why` when there is none).
 
-        It is looked for in `frame` (height, width), 8-bit grey values, the one that the reader has open. `blur_px`:
-        expected blur of the lens. Its corners are named by its shape alone.
+        Its corners are named by its shape alone.
+
+        Args:
+            frame: (height, width) the frame that the reader has open, 8-bit grey values.
+            why: the verdict that is given when there is no candidate.
+            blur_px: the expected blur of the lens, px.
         """
         left, top, width, height = self._config.region_px or (0, 0, frame.shape[1], frame.shape[0])
         part = frame[max(top, 0) : top + height, max(left, 0) : left + width]

@@ -92,9 +92,11 @@ def _blur_between_pixels(read_at: Light, tangent: Points, blur_px: Floats) -> Li
 
 
 def misfits(light: Light, matrix: Matrix) -> Matrix:
-    """Returns the departure (4, n), RMS, of 255, of profiles `light` (4, n, m), of 255, from what `matrix` removes.
+    """Returns the departure (4, n), RMS, of 255, of profiles from what `matrix` removes.
 
-    `matrix` is (m, m) for all edges, or (4, m, m), one for each; it has no unit.
+    Args:
+        light: (4, n, m) the profiles, of 255.
+        matrix: (m, m) for all edges, or (4, m, m), one for each; it has no unit.
     """
     return _root_of_squares(_times(light, matrix))
 

@@ -88,8 +88,12 @@ def vote(offset: Floats, weight: Floats, *, tolerance: float, largest_rise: Floa
     """Returns the line of each edge that most points agree with: offset and rise (4,), px.
 
     Tries the line through every pair of points that are not close together; right with up to half the points astray.
-    `offset` (4, n): the points' places outwards, px; `weight` (4, n): how much each counts; `tolerance`: distance, px,
-    from which a point no longer agrees; `largest_rise` (4,): no line rises more along its edge's free part, px.
+
+    Args:
+        offset: (4, n) the points' places outwards, px.
+        weight: (4, n) how much each point counts.
+        tolerance: distance from which a point no longer agrees, px.
+        largest_rise: (4,) the most that a line may rise along its edge's free part, px.
     """
     place = places(offset.shape[1])
     first, second = _pairs(len(place))
@@ -108,8 +112,12 @@ def fit_lines(
 ) -> LineFit:
     """Returns robust straight lines (Tukey's biweight) through points, from a line to start with or least squares.
 
-    `offset` (4, n): the points' places outwards, px; `weight` (4, n): how much each counts, and 0 leaves it out;
-    `start`: offset and rise (4,), px; `floor_px` is the smallest deviation believed.
+    Args:
+        offset: (4, n) the points' places outwards, px.
+        weight: (4, n) how much each point counts; 0 leaves it out.
+        start: offset and rise (4,) of the lines to start with, px; None: those of least squares.
+        floor_px: the smallest deviation believed, px.
+        rounds: how often the weights are renewed.
     """
     count = offset.shape[1]
     basis = powers(count)
@@ -208,8 +216,13 @@ def at_corners_and_edges(
 ) -> tuple[list[float], EdgeVariance]:
     """Gives the variances of `at_corners`, and those of each edge's offset at its middle and rise between corners, px².
 
-    A corner moves with the ends of the two lines that meet there, each across itself. `variance` (4,): of each edge's
-    points, px²; `everywhere`: what is added to the variance of every corner, px².
+    A corner moves with the ends of the two lines that meet there, each across itself.
+
+    Args:
+        variance: (4,) the variance of each edge's points, px².
+        fit: the lines of the four edges.
+        edges: where the edges are.
+        everywhere: what is added to the variance of every corner, px².
     """
     ends, of_edges = [], []
     parts = (fit.moments, 0.5 * edges.length / edges.free, variance)

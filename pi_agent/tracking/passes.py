@@ -43,7 +43,7 @@ class Task:
     def beside(*, textured: bool, left_out: Floats | None = None) -> "Task":
         """Returns the task for bare tape on a textured plate, or for a mark with its own margin.
 
-        `left_out` (4, 2): where the part of each edge begins and ends that is no edge, in sides from its start; None:
+        `left_out` (4, 2) is where the part of each edge begins and ends that is no edge, in sides from its start; None:
         nowhere.
         """
         model, moving = steps.step_model(textured=textured), steps.moving_models(textured=textured)

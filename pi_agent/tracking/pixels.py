@@ -77,11 +77,18 @@ class PixelReader:
     ) -> tuple[Light, Light]:
         """Returns light between the pixels along `count` profiles of `size` places on each edge: (4, count, size).
 
-        And the places themselves (8, count × size): x and y of the first edge, of the second, … but for whole pixels.
-
-        `first` (4,): the innermost place of the middle profile; `along` and `across` (4,): the ways along the edge and
-        across it, from the first half profile to the last one and from the innermost place to the outermost.
         The box around all of them is turned to light as a whole, and read by OpenCV in one call.
+
+        Args:
+            first: (4,) the innermost place of the middle profile, px.
+            along: (4,) the way along the edge, from the first half profile to the last one, px.
+            across: (4,) the way across it, from the innermost place to the outermost, px.
+            count: the number of profiles of an edge.
+            size: the number of places of a profile.
+
+        Returns:
+            The light (4, count, size), and the places themselves (8, count × size): x and y of the first edge, of the
+            second, … but for whole pixels.
         """
         half, foot, way = (0.5 * along).tolist(), first.tolist(), across.tolist()
         ends = [z + w for z, d, h in zip(foot, way, half, strict=True) for z in (z, z + d) for w in (h, -h)]

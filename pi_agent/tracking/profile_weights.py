@@ -29,7 +29,10 @@ OTHER_NOISE = 2.0  # the same in median deviations of single profiles
 def weights_of(found: edges.Profiles, typical: float, blur: Floats) -> Floats:
     """Gives weight 1 to profiles that look like the mark's edge, else 0 (4, n).
 
-    `typical`: median contrast, of 255; `blur` (4,): deviation of all blur of each edge, px.
+    Args:
+        found: the profiles as read.
+        typical: the median contrast, of 255.
+        blur: (4,) the deviation of all blur of each edge, px.
     """
     good = (found.contrast > LIT[0] * typical) & (found.contrast < LIT[1] * typical)
     good &= found.misfit < LIMIT_MISFIT * np.minimum(found.contrast, typical) + 2.0
@@ -44,8 +47,16 @@ def level(
 ) -> edges.Profiles:
     """Returns the profiles as read with a slope in the light allowed for where a highlight lies on them.
 
-    Where that is no highlight, since it is not straight, and where no whole edge is left beside the slope, `weight`
-    (4, n) is set to 0. `blur` (4,): the lens's blur for each edge, px; `typical`: median contrast, of 255.
+    Where that is no highlight, since it is not straight, and where no whole edge is left beside the slope, the weight
+    is set to 0.
+
+    Args:
+        found: the profiles as read.
+        weight: (4, n) the profiles' weights, which are changed in place.
+        model: the estimators in use.
+        blur: (4,) the lens's blur for each edge, px.
+        typical: the median contrast, of 255.
+        even: True beside an even margin.
     """
     glowing = _glowing(found, weight, max((GLOW_BESIDE_MARGIN if even else GLOW) * typical, LEAST_GLOW))
     if glowing is None:
@@ -99,10 +110,14 @@ def _unlit(found: edges.Profiles, weight: Floats) -> tuple[float, float]:
 
 
 def through_shadow(found: edges.Profiles, weight: Floats, typical: float) -> edges.Profiles:
-    """Returns the profiles, those that a shadow's soft edge crosses as the estimator reads them that does not mind it.
+    """Returns the profiles; those that a shadow's soft edge crosses are read by the estimator that does not mind it.
 
-    Where it crosses sharply, `weight` (4, n) is set to 0; beside what covers the edge the contrast changes as well.
-    `typical`: median contrast, of 255.
+    Where it crosses sharply, the weight is set to 0; beside what covers the edge the contrast changes as well.
+
+    Args:
+        found: the profiles as read.
+        weight: (4, n) the profiles' weights, which are changed in place.
+        typical: the median contrast, of 255.
     """
     total, good = np.add.accumulate(found.contrast, axis=1), np.add.accumulate(weight, axis=1)
     change = np.abs(total[:, 2 * CROSSED :] - 2.0 * total[:, CROSSED:-CROSSED] + total[:, : -2 * CROSSED])

@@ -109,12 +109,20 @@ def refine(
     motion_blur: MotionBlur | None = None,
     turn_per_row_rad: float = 0.0,
 ) -> Fit | None:
-    """Returns the exact corners from `corners` (4,), px, that are within about a pixel; None when there is no mark.
+    """Returns the exact corners from ones that are within about a pixel; None when there is no mark.
 
-    `blur_px`: (4,) expected blur of the edges, with `motion_blur` that of the lens; `blur_known`: from earlier frames;
-    `turn_per_row_rad`: the mark's turn from one row's exposure to the next one's. When the blur is not known, all edges
-    are fitted with blurs of their own first, then with the one that they share, if they do. It ends when a pass has
-    changed little.
+    When the blur is not known, all edges are fitted with blurs of their own first, then with the one that they share,
+    if they do. It ends when a pass has changed little.
+
+    Args:
+        reader: the frame's light.
+        corners: (4,) where the corners are expected, px.
+        blur_px: (4,) the expected blur of the edges, px; with `motion_blur` that of the lens.
+        task: what kind of mark is to be read.
+        most_passes: the largest number of passes.
+        blur_known: True if the blur is known from earlier frames.
+        motion_blur: that of the edges; None for a mark at rest.
+        turn_per_row_rad: the mark's turn from one row's exposure to the next one's.
     """
     blur = within(blur_px, *BLUR_RANGE_PX)
     known = blur_known or motion_blur is not None

@@ -100,9 +100,12 @@ def _about_z(angle: Array) -> Array:
 def solve_rate(jacobian: Array, twist: Array) -> Array:
     """Returns joint rates (…, n) that give a twist, damped a little, so that it is finite at a singular pose.
 
-    `jacobian` (…, 6, n) is that of `pivot_jacobian`, and `twist` (…, 6) is metres over radians in the base frame: a
-    step's, which gives a step of the joints in rad, or its rate by anything, which gives the joints' rate by the same.
     Fewer than six joints come as near to the twist as they can, with its turn about the vertical left out (`aimed`).
+
+    Args:
+        jacobian: (…, 6, n) that of `pivot_jacobian`.
+        twist: (…, 6) metres over radians in the base frame: that of a step, which gives a step of the joints in rad, or
+            its rate by anything, which gives the joints' rate by the same.
     """
     transposed = np.swapaxes(jacobian, -1, -2)
     if (joints := jacobian.shape[-1]) < FULL:

@@ -55,10 +55,18 @@ class Candidates:
 def home_poses(
     model: ArmModel, *, distances_m: Array, heights_m: Array, turns_rad: Sequence[float]
 ) -> tuple[Array, Array, Array]:
-    """Returns all level poses within limits on a grid: joints (k, n), rad, pivots (k, 3), m, and turns (k,), rad.
+    """Returns all level poses within limits on a grid.
 
-    The grid has the pivot's distances `distances_m` (d,), m, from the base's axis and heights `heights_m` (h,), m, in
-    the base frame, and the turns of the plate about the vertical, rad.
+    The grid is one over the pivot's place in the base frame and the turns of the plate about the vertical.
+
+    Args:
+        model: the arm.
+        distances_m: (d,) the pivot's distances from the base's axis, m.
+        heights_m: (h,) its heights, m.
+        turns_rad: the turns of the plate about the vertical, rad.
+
+    Returns:
+        Joints (k, n), rad, pivots (k, 3), m, and turns (k,), rad.
     """
     arm = solver(model)
     joints: list[Array] = []

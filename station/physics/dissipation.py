@@ -80,10 +80,15 @@ def threshold(model: Model, contact: Contact, load_rad: Array) -> tuple[Array, A
 def held_along(model: Model, contact: Contact, load_rad: Array, way_rad: Array) -> Array:
     """Returns the ratio T/N (n,) that holds against a load a block that can only slide along one way.
 
-    The load is in direction `load_rad` (n,), and the way is `way_rad` (n,), both rad in P. Along the direction in which
-    another model's block slips it is the threshold of a model near that one, to first order in their difference: by
-    maximum dissipation the threshold is a minimum over the directions, and never above it. Of friction that opposes the
-    motion alone a fortieth of that order is missed where an effect is a tenth.
+    Along the direction in which another model's block slips it is the threshold of a model near that one, to first
+    order in their difference: by maximum dissipation the threshold is a minimum over the directions, and never above
+    it. Of friction that opposes the motion alone a fortieth of that order is missed where an effect is a tenth.
+
+    Args:
+        model: the model that holds.
+        contact: the blocks.
+        load_rad: (n,) the direction of the load, rad in P.
+        way_rad: (n,) the way, rad in P.
     """
     return model.friction(contact.facing(way_rad)) / np.cos(way_rad - load_rad)
 

@@ -90,8 +90,12 @@ class Model:
     def moment(self, contact: Contact, along: Array, across: Array | float = 0.0) -> Array:
         """Returns the moment per mass (n,), m²/s², of a friction that acts beside the mass, as `lever` says.
 
-        Of its force per mass, m/s², `along` (n,) is against the way and `across` (n,) to the right of it: friction that
-        differs by the direction pulls a block across, and turns it with the other part of the arm.
+        Friction that differs by the direction pulls a block across, and turns it with the other part of the arm.
+
+        Args:
+            contact: the blocks.
+            along: (n,) friction per mass against the way, m/s².
+            across: (n,) friction per mass to the right of the way, m/s².
         """
         total = along * self.lever(contact)
         if self.acting("lever") and np.any(across):

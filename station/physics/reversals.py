@@ -23,9 +23,12 @@ LEAST_TURNS = 2
 
 
 def rising(time_s: Array, tilt_rad: Array, at_s: Array) -> Array:
-    """Returns the tilt's sign of change (m,) at times `at_s` (m,), s: +1 at first, its last sign at rest.
+    """Returns the tilt's sign of change (m,): +1 at first, its last sign at rest.
 
-    It is told from the readings `tilt_rad` (n,), rad, at the times `time_s` (n,), s, ascending.
+    Args:
+        time_s: (n,) the times of the readings, s, ascending.
+        tilt_rad: (n,) the readings of the tilt, rad.
+        at_s: (m,) the times asked for, s.
     """
     change = np.interp(at_s + NEAR_S, time_s, tilt_rad) - np.interp(at_s - NEAR_S, time_s, tilt_rad)
     return last_sign(change, STILL_RAD)
@@ -44,10 +47,15 @@ def last_sign(change: Array, still_rad: float) -> Array:
 def turned_at(tilt_rad: Array, sign: Array, *, before_rad: float) -> tuple[Array, Array]:
     """Gives the tilt (n,), rad, at which it last turned round, and the swings before (n, SWINGS), rad, the last first.
 
-    `tilt_rad` (n,), rad, goes on in the directions `sign` (n,), +1 or −1; a turn lies at the farthest that it had come
-    the other way. A swing back that is gone through again leaves no trace, as in a play operator and in rainflow
-    counting (Krasnosel'skii & Pokrovskii 1989): both of its turns are forgotten. Before the directions change for the
-    first time the tilt of the turn is `before_rad`; a swing that is not known is infinite.
+    A turn lies at the farthest that the tilt had come the other way. A swing back that is gone through again leaves no
+    trace, as in a play operator and in rainflow counting (Krasnosel'skii & Pokrovskii 1989): both of its turns are
+    forgotten. Before the directions change for the first time the tilt of the turn is `before_rad`; a swing that is not
+    known is infinite.
+
+    Args:
+        tilt_rad: (n,) the tilt, rad.
+        sign: (n,) the directions in which it goes on, +1 or −1.
+        before_rad: the tilt of the turn before the first change, rad.
     """
     ends = [*(np.flatnonzero(np.diff(sign)) + 1).tolist(), len(tilt_rad)]
     turned, swing = np.full(len(tilt_rad), before_rad), np.full((len(tilt_rad), SWINGS), np.inf)

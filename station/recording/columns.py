@@ -71,7 +71,10 @@ class Columns:
     def add(self, payloads: Payloads, *, log_ns: Integers, publish_ns: Integers) -> NDArray[np.bool_]:
         """Takes messages (n,) as they stand in the file; True (n,) for those taken, which are of this class.
 
-        They were logged at `log_ns` (n,) and published at `publish_ns` (n,), ns.
+        Args:
+            payloads: the messages as they stand in the file.
+            log_ns: (n,) when the messages were logged, ns.
+            publish_ns: (n,) when they were published, ns.
         """
         fields = fields_of(self._cls, payloads, names=self._names)
         good = np.ones(len(log_ns), dtype=bool)

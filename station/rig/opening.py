@@ -29,7 +29,10 @@ def room_m(opening_m: float, half_m: Array, pose: tuple[Array, Array, Array]) ->
 
     It is negative beyond the circle.
 
-    `opening_m` is the circle's radius, `half_m` (n,) half the square's side, `pose` its x, y (m) and yaw (rad), (n,).
+    Args:
+        opening_m: the circle's radius, m.
+        half_m: (n,) half the square's side, m.
+        pose: x, y (m) and yaw (rad) of the square, each (n,).
     """
     x, y, yaw = pose
     cosine, sine = np.cos(yaw), np.sin(yaw)
@@ -70,7 +73,9 @@ class Opening:
 
         They point to the middle, or square to the nearest side.
 
-        `half_m` (n,), m, is half a block's side, and `pose` its x, y (m) and yaw (rad) in the plate, (n,).
+        Args:
+            half_m: (n,) half a block's side, m.
+            pose: x, y (m) and yaw (rad) of the blocks in the plate, each (n,).
         """
         if self.outline_m:
             return room_within(np.array(self.outline_m), half_m, pose)[1]
@@ -86,9 +91,11 @@ class Opening:
     def way_m(self, corners_m: Array, pull: Array) -> Array:
         """Returns how far (n,), m, blocks can slide up to the foam.
 
-        The blocks have `corners_m` (n, 4, 2) in the plate, and slide along the unit vectors `pull` (n, 2).
-
         It is 0 for a block that touches foam that does not let it go that way, and inf where there is no foam.
+
+        Args:
+            corners_m: (n, 4, 2) the blocks' corners in the plate, m.
+            pull: (n, 2) unit vectors along which they slide.
         """
         if not self.walled:
             return np.full(len(corners_m), math.inf)

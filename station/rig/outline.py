@@ -10,8 +10,12 @@ from shared.geometry import Array
 def inside_by_m(outline_m: Array, place_m: Array) -> Array:
     """Returns the distance (n,), m, of places inside an outline from its nearest side; negative outside.
 
-    A place of `place_m` (n, 2), m, is inside if a ray from it crosses an odd number of sides, so the outline may be
-    concave, and its corners `outline_m` (k, 2), m, may follow each other either way round.
+    A place is inside if a ray from it crosses an odd number of sides, so the outline may be concave, and its corners
+    may follow each other either way round.
+
+    Args:
+        outline_m: (k, 2) the outline's corners, m.
+        place_m: (n, 2) the places, m.
     """
     return nearest_side(outline_m, place_m)[0]
 
@@ -19,7 +23,9 @@ def inside_by_m(outline_m: Array, place_m: Array) -> Array:
 def nearest_side(outline_m: Array, place_m: Array) -> tuple[Array, Array]:
     """Returns the distance `inside_by_m` (n,), m, and the unit vector (n, 2) that leads inwards from the nearest side.
 
-    The places are `place_m` (n, 2), m, and the outline has the corners `outline_m` (k, 2), m.
+    Args:
+        outline_m: (k, 2) the outline's corners, m.
+        place_m: (n, 2) the places, m.
     """
     begin, end = outline_m, np.roll(outline_m, -1, axis=0)
     side, off = end - begin, place_m[:, None] - begin
@@ -48,11 +54,14 @@ def turn_of(outline_m: Array) -> float:
 def room_within(outline_m: Array, half_m: Array, pose: tuple[Array, Array, Array]) -> tuple[Array, Array]:
     """Returns the distance (n,), m, of square blocks from an outline, and the way back (n, 2).
 
-    The distance is negative for blocks that reach beyond the outline.
+    The distance is negative for blocks that reach beyond the outline. Two outlines are nearest where a corner of one
+    meets a side of the other: the block's corners are looked at, and those of the outline, which may point into the
+    opening.
 
-    The outline has the corners `outline_m` (k, 2), m. `half_m` (n,), m, is half a square's side, `pose` its x, y (m)
-    and yaw (rad), (n,). Two outlines are nearest where a corner of one meets a side of the other: the block's corners
-    are looked at, and those of the outline, which may point into the opening.
+    Args:
+        outline_m: (k, 2) the outline's corners, m.
+        half_m: (n,) half a square's side, m.
+        pose: x, y (m) and yaw (rad) of the squares, each (n,).
     """
     x, y, yaw = pose
     along, aside = np.stack([np.cos(yaw), np.sin(yaw)], axis=-1), np.stack([-np.sin(yaw), np.cos(yaw)], axis=-1)

@@ -21,9 +21,14 @@ def touches_round(radius_m: float, corners_m: Array, touch_m: float) -> Bools:
 def way_in_round(radius_m: float, corners_m: Array, pull: Array, *, touch_m: float, lets_go: float) -> Array:
     """Returns the way (n,), m, until a corner meets the circle; 0 where foam holds a corner.
 
-    The blocks have `corners_m` (n, 4, 2) from the middle, and slide along the unit vectors `pull` (n, 2).
-
     Foam holds what touches it and is not pulled inwards by more than `lets_go`, a sine.
+
+    Args:
+        radius_m: the circle's radius, m.
+        corners_m: (n, 4, 2) the blocks' corners from the middle, m.
+        pull: (n, 2) unit vectors along which they slide.
+        touch_m: how near to the foam a corner touches it, m.
+        lets_go: the sine of the least angle inwards at which foam lets a block go.
     """
     away = np.linalg.norm(corners_m, axis=2)
     outwards = (corners_m * pull[:, None]).sum(axis=2)
@@ -36,7 +41,10 @@ def way_in_round(radius_m: float, corners_m: Array, pull: Array, *, touch_m: flo
 def touches_outline(outline_m: Array, corners_m: Array, touch_m: float) -> Bools:
     """Returns true (n,) for blocks that come within `touch_m` of an outline, or beyond it.
 
-    The blocks have `corners_m` (n, 4, 2), and the outline has the corners `outline_m` (k, 2).
+    Args:
+        outline_m: (k, 2) the outline's corners, m.
+        corners_m: (n, 4, 2) the blocks' corners, m.
+        touch_m: how near to the outline a block touches it, m.
     """
     return np.array([any(room < touch_m for room, _ in _contacts(outline_m, block)) for block in corners_m], dtype=bool)
 
@@ -44,7 +52,12 @@ def touches_outline(outline_m: Array, corners_m: Array, touch_m: float) -> Bools
 def way_in_outline(outline_m: Array, corners_m: Array, pull: Array, *, touch_m: float, lets_go: float) -> Array:
     """Returns the way (n,), m, as `way_in_round` has it, in an outline.
 
-    The blocks have `corners_m` (n, 4, 2), slide along unit vectors `pull` (n, 2), and `outline_m` (k, 2) are corners.
+    Args:
+        outline_m: (k, 2) the outline's corners, m.
+        corners_m: (n, 4, 2) the blocks' corners, m.
+        pull: (n, 2) unit vectors along which they slide.
+        touch_m: how near to the outline a corner touches it, m.
+        lets_go: the sine of the least angle inwards at which foam lets a block go.
     """
     ways = np.empty(len(corners_m))
     for row, (block, along) in enumerate(zip(corners_m, pull, strict=True)):

@@ -26,8 +26,10 @@ class TwinWire(Protocol):
     def send(self, now_ns: int, position_rad: Array, velocity_rad_s: Array) -> None:
         """Wants the joints there at `now_ns`, moving on at that velocity.
 
-        `position_rad` (n,), rad, and `velocity_rad_s` (n,), rad/s, are in the order of the arm's joints, and never
-        written to again.
+        Args:
+            now_ns: the moment, ns of the agent's clock.
+            position_rad: (n,) the joints' angles in the order of the arm's joints, rad; never written to again.
+            velocity_rad_s: (n,) their velocities, rad/s; never written to again.
         """
         ...
 

@@ -48,11 +48,16 @@ class Quadratic:
         return move, -float(self.gradient @ move + 0.5 * move @ self.hessian @ move)
 
     def bend(self, here: Curvature, bent: Array, move: Array, shrink: float) -> Array:
-        """Gives the second derivative (k,) of the way on a valley's floor, by that of the residuals along `move` (k,).
+        """Gives the second derivative (k,) of the way on a valley's floor, by that of the residuals.
 
-        `bent` (n,) is the latter, whitened. Where the step is to go by the share `shrink` of `move`, a bend longer than
-        BENT of that way is shortened: the residuals are no quadratic so far away. Transtrum & Sethna 2012,
-        arXiv:1201.5885 ("geodesic acceleration").
+        Where the step is to go by the share `shrink` of `move`, a bend longer than BENT of that way is shortened: the
+        residuals are no quadratic so far away. Transtrum & Sethna 2012, arXiv:1201.5885 ("geodesic acceleration").
+
+        Args:
+            here: the curvature of the likelihood here.
+            bent: (n,) the second derivative of the residuals along `move`, whitened.
+            move: (k,) the step of the numbers.
+            shrink: the share of `move` by which the step is to go.
         """
         root = self._root
         half = solve_triangular(root, here.slope.T @ (here.curve * bent), lower=True)

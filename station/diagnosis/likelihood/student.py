@@ -16,8 +16,10 @@ SETTLED = 1e-7
 def log_density(white: Array, tail: Array, limit: Bools) -> Array:
     """Returns the log density (n,) of each component; for a limit, the log probability to lie beyond it.
 
-    The components `white` (n,) are whitened, so without a unit; `tail` (n,), or one for all, is their degrees of
-    freedom, and `limit` (n,) is True for limits.
+    Args:
+        white: (n,) the components, whitened and so without a unit.
+        tail: (n,) their degrees of freedom, or one number for all.
+        limit: (n,) True for limits.
     """
     square = white**2
     gauss = -0.5 * square - 0.5 * np.log(2 * np.pi)
@@ -34,10 +36,13 @@ def _volume(tail: Array) -> Array:
 def pulls(white: Array, tail: Array, limit: Bools) -> tuple[Array, Array]:
     """Returns the slope (n,) of −log density by each component, and its weight (n,) in a Newton step.
 
-    The arguments are those of `log_density`: `white` (n,), `tail` (n,) and `limit` (n,).
-
     The weight is (ν + 1) / (ν + w²), as in iteratively reweighted least squares: unlike the curvature it is positive
     everywhere. For a limit it is the curvature itself.
+
+    Args:
+        white: (n,) the components, whitened and so without a unit.
+        tail: (n,) their degrees of freedom, or one number for all.
+        limit: (n,) True for limits.
     """
     curvature = np.where(tail >= thresholds.GAUSSIAN, 1.0, (tail + 1) / (tail + white**2))
     slope = curvature * white
@@ -51,8 +56,13 @@ def pulls(white: Array, tail: Array, limit: Bools) -> tuple[Array, Array]:
 def expected_information(curvature: Array, tail: Array, limit: Bools) -> Array:
     """Returns the information (n,) of each component, without a unit, about its own place: (ν + 1) / (ν + 3).
 
-    `curvature` (n,), `tail` (n,) and `limit` (n,) are those of `pulls`. A limit has its curvature: one that lies far
-    below tells nothing (Lange, Little & Taylor 1989, J. Am. Stat. Assoc. 84, 881, appendix B).
+    A limit has its curvature: one that lies far below tells nothing (Lange, Little & Taylor 1989, J. Am. Stat. Assoc.
+    84, 881, appendix B).
+
+    Args:
+        curvature: (n,) the weight that `pulls` gives.
+        tail: (n,) the components' degrees of freedom, or one number for all.
+        limit: (n,) True for limits.
     """
     expected = np.where(tail >= thresholds.GAUSSIAN, 1.0, (tail + 1.0) / (tail + 3.0))
     return np.where(limit, curvature, expected)
@@ -71,7 +81,7 @@ def fitted_tail(white: Array) -> tuple[float, float]:
 
 
 def scale_of(white: Array, tail: float) -> float:
-    """Returns maximum-likelihood scale for given degrees of freedom, from the median on; 1 for fewer than LEAST_SCALED.
+    """Returns the likeliest scale for given degrees of freedom, from the median on; 1 for fewer than LEAST_SCALED.
 
     `white` (n,) are whitened components, without a unit.
     """

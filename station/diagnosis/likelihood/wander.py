@@ -102,7 +102,11 @@ def _of_its_own(residual: Array, run: NDArray[np.int64]) -> Array:
 def simplex(cost: Callable[[Array], float], begin: Array, steps: Array, *, evaluations: int) -> Array:
     """Returns the numbers (k,) of the least cost by the simplex search (Nelder & Mead 1965, Comput. J. 7, 308).
 
-    Its first corners are `begin` (k,) and one of `steps` (k,) along each axis from there, in the numbers' own units.
+    Args:
+        cost: the cost of numbers (k,).
+        begin: (k,) the first corner, in the numbers' own units.
+        steps: (k,) how far the other corners are from it, each along one axis, in the same units.
+        evaluations: how often the cost may be computed.
     """
     corners = np.vstack([begin, begin + np.diag(steps)])
     options = {"maxfev": evaluations, "xatol": 0.02, "fatol": 0.02, "initial_simplex": corners}

@@ -50,9 +50,13 @@ def expected_directions(
 ) -> ExpectedDirections:
     """Returns the expectation of deviations from the steepest line, for slides at angles (n, 3) each, rad.
 
-    `off_rad` (n, 3), rad, are the deviations as measured, with standard errors `sigma_rad` (n,), rad, which the rows of
-    a `run` (n,) have in common. The angles are those on which a law may depend: down the slope in the plate, from the
-    plate's texture, in the block.
+    The angles are those on which a law may depend: down the slope in the plate, from the plate's texture, in the block.
+
+    Args:
+        off_rad: (n, 3) the deviations as measured, rad.
+        sigma_rad: (n,) their standard errors, which the rows of a run have in common, rad.
+        angles_rad: the angles, each (n, 3), on which a law may depend, rad.
+        run: (n,) the run of each slide.
     """
     if len(off_rad) == 0:
         return ExpectedDirections(off_rad, sigma_rad, off_rad)

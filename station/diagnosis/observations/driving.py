@@ -21,7 +21,10 @@ from station.physics.turning import turned_push
 def driving(plate: Attitude, place_m: Array, velocity_m_s: Array) -> Array:
     """Returns the acceleration (n, 3), m/s² in P, without the contact.
 
-    The blocks are at `place_m` (n, 2), m, with the velocities `velocity_m_s` (n, 2), m/s, in P.
+    Args:
+        plate: the plate's attitude and motion at the same n moments.
+        place_m: (n, 2) the blocks' places in P, m.
+        velocity_m_s: (n, 2) their velocities in P, m/s.
     """
     return GRAVITY_M_S2 * plate.gravity + fictitious(plate, place_m, velocity_m_s)
 
@@ -29,7 +32,10 @@ def driving(plate: Attitude, place_m: Array, velocity_m_s: Array) -> Array:
 def fictitious(plate: Attitude, place_m: Array, velocity_m_s: Array) -> Array:
     """Returns the part of `driving` that the plate's own motion causes (n, 3), m/s² in P; 0 on a plate at rest.
 
-    The blocks are at `place_m` (n, 2), m, with the velocities `velocity_m_s` (n, 2), m/s, in P.
+    Args:
+        plate: the plate's attitude and motion at the same n moments.
+        place_m: (n, 2) the blocks' places in P, m.
+        velocity_m_s: (n, 2) their velocities in P, m/s.
     """
     rate, position, velocity = plate.rate_rad_s, _flat(place_m), _flat(velocity_m_s)
     turned = turned_push(plate.acceleration_rad_s2, rate, position)

@@ -65,10 +65,16 @@ class Attitude:
         return replace(self, acceleration_rad_s2=self.acceleration_rad_s2 + by_rad_s2)
 
     def again(self, rows: Times, *, turn_rad: Array, faster: Array, since: Array) -> Attitude:
-        """Returns the moments `rows` (m,) of runs redone, tilted `turn_rad` (m,) further round and `faster` (m,).
+        """Returns some moments of runs redone, tilted further round and faster.
 
-        The tilt `since` (m,), rad, up to which the plate has turned is passed at the other rate, so what is beyond it
-        changes by that factor.
+        The tilt up to which the plate has turned is passed at the other rate, so what is beyond it changes by that
+        factor.
+
+        Args:
+            rows: (m,) the indices of the moments.
+            turn_rad: (m,) how much further round the plate is tilted, rad.
+            faster: (m,) the factor on the rate of the tilt.
+            since: (m,) the tilt up to which the plate has turned, rad.
         """
         way = np.column_stack([np.cos(turn_rad), np.sin(turn_rad)])
         tilt, down = (since + faster * (self.tilt_rad[rows] - since), self.down_rad[rows] + turn_rad)

@@ -57,7 +57,10 @@ def weights(missed: Array, shifted: Array, step_s: float) -> Array:
 def answered(slope: Array, weight: Array, parts: Sequence[slice]) -> Array:
     """Returns the sums (n, 2) of b_k x'(t + k h); beyond its ends a part goes on as there.
 
-    `slope` (n, 2), 1/s, is x', and `weight` (w,), s, the 2 K + 1 weights b.
+    Args:
+        slope: (n, 2) x', 1/s.
+        weight: (w,) the 2 K + 1 weights b, s.
+        parts: the stretches of readings without a gap.
     """
     reach = len(weight) // 2
     found = np.zeros_like(slope)

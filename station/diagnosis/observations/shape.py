@@ -74,9 +74,12 @@ def gradient_per_m(mark_m: Array) -> Array:
 def strain_of(corner_m: Array, gradient: Array) -> Array:
     """Returns Green's strain (n, 3: xx, yy, xy), in the mark's own axes, of its corners `corner_m`; no turn changes it.
 
-    `corner_m` is (n, 4, 2), m, and `gradient` (4, 2), 1/m, is that of `gradient_per_m`. The strain by displacements
-    from a rigid mark, fitted to the sheared one, is off by three eighths of the shear's square: more than the noise of
-    a slide at .1 m/s.
+    The strain by displacements from a rigid mark, fitted to the sheared one, is off by three eighths of the shear's
+    square: more than the noise of a slide at .1 m/s.
+
+    Args:
+        corner_m: (n, 4, 2) the corners, m.
+        gradient: (4, 2) that of `gradient_per_m`, 1/m.
     """
     bent = np.einsum("nki,kj->jin", corner_m, gradient)
     (x_x, x_y), (y_x, y_y) = bent
@@ -87,13 +90,16 @@ def strain_of(corner_m: Array, gradient: Array) -> Array:
 def common(values: Array, precision: Array) -> Array:
     """Returns the (k,) that the rows of `values` (n, k) have in common.
 
-    It is the maximum likelihood of Student's t with 3 degrees of freedom.
+    It is the maximum likelihood of Student's t with 3 degrees of freedom. Its weights change smoothly with the values,
+    so that a fit has slopes. The difference of two medians of skew values, as a lens makes them, was off by a per cent
+    of the lens (tests/unit/diagnosis/test_image_rows.py).
 
-    `precision` (n,) are the rows' inverse variances up to a factor: where the noise grows during a session, the mean of
-    all rows is off by more than the best of them are, which then seem to share a strain.
+    Where the noise grows during a session, the mean of all rows is off by more than the best of them are, which then
+    seem to share a strain.
 
-    Its weights change smoothly with the values, so that a fit has slopes. The difference of two medians of skew values,
-    as a lens makes them, was off by a per cent of the lens (tests/unit/diagnosis/test_image_rows.py).
+    Args:
+        values: (n, k) the rows, in any unit.
+        precision: (n,) the rows' inverse variances up to a factor.
     """
     middle = np.empty(values.shape[1])
     for k in range(values.shape[1]):

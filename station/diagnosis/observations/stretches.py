@@ -109,7 +109,10 @@ def view_of(stretches: Stretches, recorded: Recorded) -> View:
 def mean_attitude(recorded: Recorded, from_ns: NDArray[np.int64], to_ns: NDArray[np.int64]) -> tuple[Array, Array]:
     """Returns tilt and direction of descent (n,), rad, of gravity's mean over stretches: the plate may move in them.
 
-    They last from `from_ns` (n,) to `to_ns` (n,), ns.
+    Args:
+        recorded: the recording.
+        from_ns: (n,) when the stretches begin, ns.
+        to_ns: (n,) when they end, ns.
     """
     gravity = recorded.plate.at(between(from_ns, to_ns, MEAN_POINTS)).gravity
     x, y, z = gravity.reshape(len(from_ns), MEAN_POINTS, 3).mean(axis=1).T

@@ -37,8 +37,11 @@ class Swing:
     def of(cls, at: Attitude, way: Array, *, sliding: Array, resting: Array) -> Swing:
         """Builds it from the plate's motion, the slide's direction, and the loads.
 
-        The direction is the unit vector `way` (2,) in P, the loads are `sliding` (m, 3) and `resting` (m, 3), m/s² in
-        P.
+        Args:
+            at: the plate's motion.
+            way: (2,) the slide's direction in P, a unit vector.
+            sliding: (m, 3) the loads of a sliding block in P, m/s².
+            resting: (m, 3) the loads of a resting block in P, m/s².
         """
         turning = _felt_per_m(at)
         return cls(

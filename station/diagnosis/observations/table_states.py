@@ -47,9 +47,13 @@ def _rest_s(sample: Sample, typical_rad: float) -> float:
 
 
 def rows_from(chosen: TableRows, runs: Times, sigma: Array, contact: Contact) -> Rows:
-    """Returns a channel's rows, whose runs have the indices `runs` (n,).
+    """Returns a channel's rows of some runs.
 
-    `sigma` (n,) is the standard deviation of the measurement, in the residual's unit.
+    Args:
+        chosen: the table's rows.
+        runs: (n,) the indices of the rows' runs.
+        sigma: (n,) the standard deviation of the measurement, in the residual's unit.
+        contact: the contacts of the same rows.
     """
     return rows_of(
         {

@@ -67,9 +67,14 @@ def block_view(
 def fixed_view(
     point_m: Array, geometry: CameraGeometry, *, image_height_px: int, tilt_rad: Array, down_rad: Array
 ) -> View:
-    """Returns the view of a fiducial that is fixed to the plate, with its corners at `point_m` (n, 4, 2), m.
+    """Returns the view of a fiducial that is fixed to the plate.
 
-    `tilt_rad` (n,) and `down_rad` (n,), rad, are those of `View`.
+    Args:
+        point_m: (n, 4, 2) its corners in P, m.
+        geometry: the camera's geometry.
+        image_height_px: the picture's height, px.
+        tilt_rad: (n,) the plate's tilt as in `View`, rad.
+        down_rad: (n,) the direction of the steepest descent as in `View`, rad.
     """
     count = len(point_m)
     return View(

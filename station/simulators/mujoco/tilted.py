@@ -156,9 +156,12 @@ class TiltedBlock:
         self.qvel: FLOATS = self.data.qvel
 
     def lay(self, pose: FLOATS, *, velocity: FLOATS, normal_m_s2: float) -> None:
-        """Lays it down at `pose` (3,), x, y (m) and yaw (rad), sunk in as the normal load has it.
+        """Lays it down, sunk in as the normal load has it.
 
-        `velocity` (3,) are their rates, m/s and rad/s.
+        Args:
+            pose: (3,) x, y (m) and yaw (rad).
+            velocity: (3,) their rates, m/s and rad/s.
+            normal_m_s2: the normal load per mass, m/s².
         """
         x, y, yaw = pose.tolist()
         turned = (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)) if self._solid else (yaw,)

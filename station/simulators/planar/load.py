@@ -103,9 +103,13 @@ class World:
         self._strays = bool(commands.pivot_m_s2.any())
 
     def blocks(self, row: Index, number: Index, *, rest_from_s: Array, slid_from_s: Array | None = None) -> Blocks:
-        """Gives blocks in runs `row` on stretches `number`, at rest unless it is said since when they slide; all (a,).
+        """Gives blocks in some runs, at rest unless it is said since when they slide.
 
-        `rest_from_s` (a,) and `slid_from_s` (a,) are times of each run, s, as in `Blocks`.
+        Args:
+            row: (a,) the indices of their runs.
+            number: (a,) the numbers of their stretches.
+            rest_from_s: (a,) since when they rest, s of each run, as in `Blocks`.
+            slid_from_s: (a,) since when they slide, s of each run, as in `Blocks`.
         """
         slid = np.full(len(row), np.inf) if slid_from_s is None else slid_from_s
         stretch, own = self.plate.stretch(row, number), self._own[:, row]
@@ -158,7 +162,10 @@ class World:
     def driven(self, contact: Contact, along: Array, across: Array | float = 0.0) -> Array:
         """Returns the angular acceleration (a,), rad/s², by spin and by the moment of friction.
 
-        `along` and `across` (a,), m/s², are its parts, see `Model.moment`.
+        Args:
+            contact: the blocks.
+            along: (a,) the friction per mass against the way, m/s², see `Model.moment`.
+            across: (a,) the friction per mass to its right, m/s².
         """
         moment = self.model.moment(contact, along, across)
         return self.model.spin(contact) + moment / (SQUARE_GYRATION * contact.area_m2)
@@ -188,9 +195,14 @@ class World:
         return -size * ux, -size * uy
 
     def contact(self, blocks: Blocks, time_s: Array, at: Motion, down: Down, border_m: Array | None = None) -> Contact:
-        """Returns the contact that the effects are given, at times `time_s` (a,), s.
+        """Returns the contact that the effects are given.
 
-        `border_m` (a,), m, is what the method of this name says, of whoever has it already.
+        Args:
+            blocks: the blocks.
+            time_s: (a,) the times, s.
+            at: their motion.
+            down: the direction of gravity in the plate, and what follows from it.
+            border_m: (a,) what the method of this name says, m, of whoever has it already.
         """
         stretch, moving = blocks.stretch, np.isfinite(blocks.slid_from_s)
         run, mass, area, mount, temperature, humidity = blocks.own

@@ -137,10 +137,13 @@ class Rest:
     # --- what it lacks to slide ---------------------------------------------------------------------------------------
 
     def excess(self, blocks: Blocks, time_s: Array, pose: Array, *, way: Array | None = None) -> tuple[Array, Array]:
-        """Returns E (a,), m/s², at times `time_s` (a,), s, and the direction (a,), rad in P, of the slide that begins.
+        """Returns E (a,), m/s², and the direction (a,), rad in P, of the slide that begins.
 
-        The blocks lie at `pose` (a, 3), x and y (m) and yaw (rad) in P; `way` (a,), rad in P, is a first guess at the
-        direction.
+        Args:
+            blocks: the blocks.
+            time_s: (a,) the times, s.
+            pose: (a, 3) x and y (m) and yaw (rad) of the blocks in P.
+            way: (a,) a first guess at the direction, rad in P.
         """
         zero = np.zeros(len(time_s))
         at = Motion(pose[:, 0], pose[:, 1], pose[:, 2], zero, zero if way is None else way)

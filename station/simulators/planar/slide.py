@@ -340,9 +340,13 @@ def _turned_by(turn: Array, cosine: Array, sine: Array) -> tuple[Array, Array]:
 
 
 def relaxed(stiffness: Array, aside: Array, speed: Array, since: Array) -> Array:
-    """Returns the change of φ (a,), rad, in `since` (a,), s, from now, towards where G = `aside` (a,), m/s², vanishes.
+    """Returns the change of φ (a,), rad, in some time from now, towards where G vanishes.
 
-    `stiffness` (a,), m/s², is −dG/dφ = T·e + h″ N, and `speed` (a,), m/s, is v.
+    Args:
+        stiffness: (a,) −dG/dφ = T·e + h″ N, m/s².
+        aside: (a,) G, m/s².
+        speed: (a,) v, m/s.
+        since: (a,) the time, s.
     """
     paced = since / np.maximum(speed, 1e-9)
     decay = np.clip(stiffness * paced, -1.0, 1e9)

@@ -120,7 +120,9 @@ def _refuse_another_mark(ideal_px: Array, geometry: CameraGeometry, source: str)
 def noise_px(corner_px: Array, run: Array) -> float:
     """Returns one corner's standard deviation, px, by the third differences of consecutive frames of one run.
 
-    `corner_px` (n, 4, 2), px, are nan where the mark was lost; `run` (n,) is the number of each frame's run.
+    Args:
+        corner_px: (n, 4, 2) the corners, px; nan where the mark was lost.
+        run: (n,) the number of each frame's run.
     """
     count = len(corner_px) - len(STEPS) + 1
     steps = np.sum([weight * corner_px[index : count + index] for index, weight in enumerate(STEPS)], axis=0)

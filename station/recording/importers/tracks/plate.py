@@ -70,7 +70,7 @@ def tilt_of(quaternion: Array) -> Array:
 def downhill_of(quaternion: Array) -> Array:
     """Returns the directions (n, 2) of the steepest descent in the plate; (0, 0) on a level plate.
 
-    `quaternion` (n, 4): unit quaternions, world_from_plate, real part first.
+    `quaternion` (n, 4) has unit quaternions, world_from_plate, real part first.
     """
     w, x, y, z = quaternion.T
     down = np.column_stack([w * y - x * z, -y * z - w * x])
