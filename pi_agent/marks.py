@@ -27,7 +27,7 @@ def fiducial_mark(config: PlateConfig) -> Mark:
 
 
 def fiducial_places_mm(config: PlateConfig) -> tuple[tuple[float, float], ...]:
-    """Returns centres of the four fiducials in the plate frame (mm, y up), clockwise as seen from the upper left one.
+    """Gives the centres of the four fiducials in the plate frame (mm, y up), clockwise as seen from the upper left one.
 
     The fiducial at place i is reported as marker i + 1; marker 0 is the block's.
     """

@@ -17,7 +17,7 @@ _ALONE = {0x01, *range(0xD0, 0xDA)}
 
 
 def size_px(data: bytes) -> tuple[int, int] | None:
-    """Returns width and height of a JPEG or a PNG, without unpacking it; None if it is none."""
+    """Returns the width and height of a JPEG or a PNG, without unpacking it; None if it is none."""
     if data.startswith(_PNG) and len(data) >= len(_PNG) + 8:
         return struct.unpack_from(">II", data, len(_PNG))
     return _jpeg_size(data) if data.startswith(b"\xff\xd8") else None

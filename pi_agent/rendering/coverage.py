@@ -56,7 +56,7 @@ def _cut_at_rows(starts: Floats, ends: Floats, layer: Integers, *, rows: int) ->
 
 
 def _cut_at_columns(pieces: _Pieces) -> tuple[Integers, Integers, Floats, Floats]:
-    """Returns row line, column, signed height and mean x within the cell of every part of an edge inside one pixel."""
+    """Gives the row line, column, signed height and mean x within the cell of every part of an edge in one pixel."""
     first = np.floor(pieces.left).astype(np.int64)
     count = np.floor(pieces.right).astype(np.int64) - first + 1
     piece = np.repeat(np.arange(len(first)), count)

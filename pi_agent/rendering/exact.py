@@ -117,7 +117,7 @@ def occluder_coats(scene: Scene) -> tuple[Coat, ...]:
 
 
 def still_image(scene: Scene, *, sag_px: Shift, quality: Quality) -> Image:
-    """Returns reflectance (FRAME_PX, FRAME_PX) of all that does not move, through the lens."""
+    """Returns the reflectance (FRAME_PX, FRAME_PX) of all that does not move, through the lens."""
     ground = plate_patch(scene.plate, WHOLE_FRAME, sag_px=sag_px)
     coats = (*still_coats(scene), *occluder_coats(scene))
     still = np.zeros(1)

@@ -156,7 +156,7 @@ def along(terms: Floats, *, count: int) -> Floats:
 
 
 def _deviation(residual: Floats, out: NDArray[np.bool_] | None) -> Floats:
-    """Returns robust deviation (4,) of the points that are not left out: 1.48 × their median distance from the line."""
+    """Returns the robust deviation (4,) of the points not left out: 1.48 × their median distance from the line."""
     distance = np.abs(residual)
     if out is None:
         distance.sort(axis=1)
@@ -168,7 +168,7 @@ def _deviation(residual: Floats, out: NDArray[np.bool_] | None) -> Floats:
 
 
 def _solved(moments: Floats, products: Floats) -> Floats:
-    """Returns weighted least squares: offset and rise (4, 2).
+    """Solves weighted least squares for offset and rise (4, 2).
 
     The moments (4, 3) of each edge's weights, and of the weights times the offsets. Plain numbers: for four edges they
     are faster than arrays.

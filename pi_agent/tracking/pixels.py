@@ -24,7 +24,7 @@ def remap_is_exact() -> bool:
 
 
 def _remapped(light: NDArray[Any], x: Light, y: Light) -> Light:
-    """Returns light at places x and y (n, m)."""
+    """Returns the light at places x and y (n, m)."""
     return np.asarray(cv2.remap(light, x, y, cv2.INTER_LINEAR), dtype=np.float32)
 
 

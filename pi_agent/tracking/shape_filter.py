@@ -207,7 +207,7 @@ def _onto(shape: Four, seen: Four) -> Four:
 
 
 def _edges(corners: Four) -> list[tuple[complex, float]]:
-    """Returns tangent and length of each edge."""
+    """Returns the tangent and length of each edge."""
     steps = [corners[k - 3] - corners[k] for k in range(4)]
     return [(step / abs(step), abs(step)) for step in steps]
 

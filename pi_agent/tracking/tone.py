@@ -42,7 +42,7 @@ class ToneCurve:
         return 255.0 * np.interp(light, self.light, self.value)
 
     def to_light_table(self) -> NDArray[np.float32]:
-        """Returns light of each of the 256 pixel values, scaled so that white stays 255 (shape (256,))."""
+        """Returns the light of each of the 256 pixel values, scaled so that white stays 255 (shape (256,))."""
         return (255.0 * np.interp(np.arange(256) / 255.0, self.value, self.light)).astype(np.float32)
 
 

@@ -58,7 +58,7 @@ def _said(table: dict[str, object]) -> dict[str, object]:
 
 
 def provenance(rig: RigConfig, plan: Plan, *, mode: str, started_ns: int) -> Provenance:
-    """Returns rig file, plan, seed and versions."""
+    """Returns the rig file, plan, seed and versions."""
     return Provenance(
         rig_id=rig.id,
         started_ns=started_ns,

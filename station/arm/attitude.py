@@ -50,7 +50,7 @@ class Attitude:
         return PlatformState(reading.stamp_ns, *self._numbers, "world")
 
     def _kinematics(self, position_rad: Array, velocity_rad_s: Array) -> Numbers:
-        """Returns quaternion, angular velocity (the sum over the joints of rate times axis) and pivot."""
+        """Returns the quaternion, the angular velocity (the sum over the joints of rate times axis) and pivot."""
         self._angles[:] = position_rad
         mj.mj_kinematics(self._model, self._data)
         qw, qx, qy, qz = self._quaternion.tolist()

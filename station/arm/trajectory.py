@@ -60,7 +60,7 @@ class JointTrajectory:
         return np.stack([q0, v0, 3 * (q1 - q0) - 2 * v0 - v1, v0 + v1 - 2 * (q1 - q0)], axis=1)
 
     def at(self, elapsed_ns: int) -> tuple[Array, Array]:
-        """Returns position and velocity (n,) at a time after the start; outside the motion its ends hold."""
+        """Returns the position and velocity (n,) at a time after the start; outside the motion its ends hold."""
         if elapsed_ns <= 0:
             return self.position_rad[0], self.velocity_rad_s[0]
         if elapsed_ns >= self._times[-1]:

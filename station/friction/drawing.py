@@ -64,7 +64,7 @@ def settle_radius(axes: Any, *, top: float) -> None:
 
 
 def image_size_px(slides: Slides) -> tuple[int, int]:
-    """Returns width and height of the image: the paper's 600 × 600, or more where corners were seen beyond."""
+    """Returns the width and height of the image: the paper's 600 × 600, or more where corners were seen beyond."""
     seen = np.concatenate([slides.pre_px.reshape(-1, 2), slides.post_px.reshape(-1, 2)])
     seen = seen[np.isfinite(seen).all(axis=1)]
     reach = seen.max(axis=0) if len(seen) else np.zeros(2)

@@ -85,7 +85,7 @@ class Effect(ABC):
         return self.friction(contact, values)
 
     def push(self, contact: Contact, values: Values) -> Array | None:
-        """Returns force per mass on the block beyond gravity and friction (n, 3), m/s², in P; a positive z lifts it."""
+        """Gives the force per mass on the block beyond gravity and friction (n, 3), m/s², in P; positive z lifts it."""
         del contact, values
         return None
 

@@ -90,7 +90,7 @@ class ReservedFile:
         return len(data)
 
     def tell(self) -> int:
-        """Returns bytes written so far."""
+        """Returns the bytes written so far."""
         return self._position
 
     def flush(self) -> None:

@@ -55,7 +55,7 @@ class Stream(Protocol):
         ...
 
     def tell(self) -> int:
-        """Returns bytes written so far."""
+        """Returns the bytes written so far."""
         ...
 
     def flush(self) -> None:

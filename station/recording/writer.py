@@ -150,7 +150,7 @@ class Recording:
         self._writer.add_metadata(name, sealed(values))
 
     def offset_ns(self, agent: str) -> int:
-        """Returns station clock minus the agent's clock as last heard; 0 before that."""
+        """Returns the station's clock minus the agent's clock as last heard; 0 before that."""
         return self._offsets.get(agent, 0)
 
     def write_message(self, topic: str, message: Message, *, receive_ns: int) -> None:

@@ -158,7 +158,7 @@ class ArmModel:
 
 
 def transform(xyz_m: ArrayLike, rpy_rad: Vector) -> Array:
-    """Returns homogeneous (4, 4) transform with URDF's angles: Rz(yaw) Ry(pitch) Rx(roll)."""
+    """Returns the homogeneous (4, 4) transform with URDF's angles: Rz(yaw) Ry(pitch) Rx(roll)."""
     (sr, sp, sy), (cr, cp, cy) = np.sin(rpy_rad), np.cos(rpy_rad)
     result = np.eye(4)
     result[:3, :3] = [
@@ -171,7 +171,7 @@ def transform(xyz_m: ArrayLike, rpy_rad: Vector) -> Array:
 
 
 def link_transforms(model: ArmModel, q: ArrayLike) -> Array:
-    """Returns frames of all links, base_from_link, (…, n, 4, 4), for the joint angles `q` in radians, (…, n)."""
+    """Returns the frames of all links, base_from_link, (…, n, 4, 4), for the joint angles `q` in radians, (…, n)."""
     steps = joint_transforms(model, q)
     for i in range(1, len(model.joints)):
         steps[..., i, :, :] = steps[..., i - 1, :, :] @ steps[..., i, :, :]

@@ -32,7 +32,7 @@ def azimuth_of_direction(direction: int) -> float:
 
 
 def tilting_axis(azimuth_rad: float) -> Array:
-    """Returns unit vector t, (3,), about which the plate turns (equation 2); the same in the plate and in the world."""
+    """Returns the unit vector t, (3,), about which the plate turns (equation 2), in the plate as in the world."""
     return np.array([math.cos(azimuth_rad), math.sin(azimuth_rad), 0.0])
 
 

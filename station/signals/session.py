@@ -63,7 +63,7 @@ class Signals:
         return tuple(int(self.events.run[row]) for row in np.sort(first))
 
     def span_ns(self, run: int) -> tuple[int, int]:
-        """Returns first and last event of a run.
+        """Returns the first and the last event of a run.
 
         Raises:
             KeyError: if the run has no events.

@@ -64,7 +64,7 @@ class _Moments:
         return np.searchsorted(self._begin, time_ns, side="right") - 1
 
     def ask(self, time_ns: Integers, *, later_s: float = 0.0) -> slice:
-        """Returns moments (q,), all of them in a run; gives their slice of the answer."""
+        """Asks for moments (q,), all of them in a run; returns their slice of the answer."""
         row = self.run_of(time_ns)
         self._rows.append(row)
         self._times.append(np.asarray((time_ns - self._begin[row]) * 1e-9 + later_s, dtype=float))

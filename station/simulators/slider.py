@@ -100,7 +100,7 @@ def ramp_displacement(seconds: float, *, rate_rad_s: float, onset_rad: float, gr
 
 
 def onset_angle(curve: LimitCurve, slope: FLOATS) -> float:
-    """Returns tilt at which a resting block starts, tilted slowly so that `slope`, (2,), points down."""
+    """Returns the tilt at which a resting block starts, tilted slowly so that `slope`, (2,), points down."""
     return math.atan(1 / float(np.linalg.norm(curve.turn @ slope / curve.mu)))
 
 

@@ -138,7 +138,7 @@ class InclinometerSource:
 
 
 def nmea_checksum(payload: str) -> int:
-    """Returns XOR of the characters, as NMEA 0183 has it."""
+    """Returns the XOR of the characters, as NMEA 0183 has it."""
     return reduce(lambda total, character: total ^ ord(character), payload, 0)
 
 

@@ -104,5 +104,5 @@ class JsonLinesDisplay:
 
 
 def _degrees(angle_rad: float) -> float | None:
-    """Returns none for what is unknown: JSON has no nan."""
+    """Returns None for what is unknown: JSON has no nan."""
     return math.degrees(angle_rad) if math.isfinite(angle_rad) else None

@@ -27,7 +27,7 @@ class Shelf:
         return self.folder / FOLDER
 
     def listed(self) -> list[dict[str, Any]]:
-        """Returns name, size, times and made pages of each recording, the last written first.
+        """Returns the name, size, times and made pages of each recording, the last written first.
 
         `started_s` is the recording's own start, s since 1970, or None where it cannot be read; `mode` says what made
         it.

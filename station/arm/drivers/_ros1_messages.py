@@ -37,7 +37,7 @@ class FollowJointTrajectory:
 
 
 def _sections() -> dict[str, str]:
-    """Returns definitions of every type by its name, without comments."""
+    """Returns the definitions of every type by its name, without comments."""
     # These definitions come from ROS itself, whose business they are.
     from actionlib_msgs.msg import GoalID, GoalStatus  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
     from std_msgs.msg import Header  # noqa: PLC0415  # pyright: ignore[reportMissingImports]

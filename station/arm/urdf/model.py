@@ -162,7 +162,7 @@ def _range(joint: UrdfJoint) -> tuple[float | None, float | None]:
 
 
 def _origin(a_from_b: Array) -> tuple[Vector, Vector]:
-    """Returns place and URDF's angles (roll, pitch, yaw) of a transform (4, 4)."""
+    """Returns the place and URDF's angles (roll, pitch, yaw) of a transform (4, 4)."""
     x, y, z = (round(value, 12) + 0.0 for value in a_from_b[:3, 3].tolist())
     turn = a_from_b[:3, :3]
     flat = math.hypot(turn[0, 0], turn[1, 0])

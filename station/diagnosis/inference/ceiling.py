@@ -49,7 +49,7 @@ def _calmer(evidence: Evidence, whitening: Whitening, surplus: Array) -> Array:
 
 
 def entropy(tail: Array) -> Array:
-    """Returns differential entropy (n,), nat, of Student's t with `tail` (n,) degrees of freedom.
+    """Returns the differential entropy (n,), nat, of Student's t with `tail` (n,) degrees of freedom.
 
     From GAUSSIAN on it is that of a Gaussian.
 

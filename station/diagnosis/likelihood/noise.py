@@ -146,7 +146,7 @@ def _of_means(wander: Wander, place_m: Array, run: Times, runs: int) -> Array:
 
 
 def _run_means(values: Array, sigma: Array, run: Times, runs: int) -> tuple[Array, Array]:
-    """Returns weighted mean of each run (runs,) and its standard error (runs,); nan for a run without rows."""
+    """Returns the weighted mean of each run (runs,) and its standard error (runs,); nan for a run without rows."""
     weight = 1.0 / np.maximum(sigma, 1e-12) ** 2
     total = np.bincount(run, weight, runs)
     summed = np.bincount(run, weight * values, runs)

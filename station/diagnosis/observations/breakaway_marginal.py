@@ -52,7 +52,7 @@ def columns(rows: Any, run: int, begin: int, laws: Any, left: Any, slope: Any, c
 
 @compiled
 def marginal(value: Any, one: Any, two: Any, size: int) -> float:
-    """Returns log likelihood of values (n,): a level, standard Gaussians times columns `one` and `two`, and unit noise.
+    """Returns the log likelihood of values (n,): a level, Gaussians times columns `one` and `two`, and unit noise.
 
     It is UNLIKELY where the columns are too large for it.
     """

@@ -113,7 +113,7 @@ def _driven(speed_m_s: Array) -> Array:
 
 
 def _settled(speed_m_s: Array, slip_m: Array) -> Array:
-    """Returns log10 of the slip since a window with another speed (n,); nan before the first change."""
+    """Returns the log10 of the slip since a window with another speed (n,); nan before the first change."""
     found = np.full(len(speed_m_s), np.nan)
     for begin, end in _stretches(speed_m_s)[1:]:
         found[begin:end] = np.log10(slip_m[begin:end] - slip_m[begin - 1])
@@ -141,7 +141,7 @@ def _unsettled(coefficient: Array) -> int:
 
 
 def _stretches(speed_m_s: Array, group: Times | None = None) -> list[tuple[int, int]]:
-    """Returns first and last (exclusive) window of each stretch of one speed, in records that `group` numbers."""
+    """Returns the first and last (exclusive) window of each stretch of one speed, in records that `group` numbers."""
     logs = np.log(np.maximum(speed_m_s, 1e-300))
     changed = np.abs(np.diff(logs)) > CHANGED
     if group is not None:

@@ -43,7 +43,7 @@ class Shape(Channel):
         return super().changed_by(effect) and effect.strains
 
     def residual(self, model: Model) -> Array:
-        """Returns strain (3 n,) that is left of the mark where the model says that its corners were."""
+        """Returns the strain (3 n,) that is left of the mark where the model says that its corners were."""
         seen_by = any(self.changed_by(term.effect) for term in model.acting("seen"))
         strain = strain_of(self._true(model) if seen_by else self._corner, self._gradient)
         return (strain - common(strain, self._precision)).ravel()

@@ -155,7 +155,7 @@ def _slip(run: Early, origin_ns: int, chance: Array, tried_s: Array) -> Slipping
 
 
 def _expected(run: Early, chance: Array, tried_s: Array) -> tuple[float, float]:
-    """Returns mean and standard deviation of the steepest tilt until the slip."""
+    """Returns the mean and standard deviation of the steepest tilt until the slip."""
     tilt = np.interp(tried_s, run.grid_s, np.maximum.accumulate(run.tilt_rad))
     mean = float(chance @ tilt)
     return mean, math.sqrt(float(chance @ (tilt - mean) ** 2))

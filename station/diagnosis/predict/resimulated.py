@@ -114,7 +114,7 @@ def _commands(evidence: Evidence, chosen: Sequence[SlideTrack], seen: Sequence[A
 
 
 def _begun(time_ns: Times, pose: Array) -> tuple[Array, Array]:
-    """Returns pose (3,) and velocity (3,) at frame BEGIN, from a parabola through the frames of the first window."""
+    """Gives the pose (3,) and velocity (3,) at frame BEGIN, from a parabola through the frames of the first window."""
     elapsed = (time_ns[:FRAMES] - time_ns[BEGIN]) * NANO
     fit = np.polynomial.polynomial.polyfit(elapsed, pose[:FRAMES], 2)
     return fit[0], fit[1]

@@ -52,7 +52,7 @@ def covariate(name: str, values: Array) -> tuple[Array, str]:
 
 
 def residual(unit: str) -> tuple[float, str]:
-    """Returns factor and unit in which residuals of `unit` are shown."""
+    """Returns the factor and unit in which residuals of `unit` are shown."""
     return _RESIDUALS.get(unit, (1.0, unit))
 
 

@@ -142,7 +142,7 @@ class Law:
         return Action(mu, force, self._turn(state, mu * normal, float(slope[0]) * normal, normal), True, load, normal)
 
     def _turn(self, state: Contact, along: float, across: float, normal: float) -> float:
-        """Returns angular acceleration by spin and by friction per mass, m/s², along and across; corners add to it."""
+        """Gives the angular acceleration by spin and by friction per mass, m/s², along and across; corners add."""
         area = float(state.area_m2[0])
         moment = float(self.model.moment(state, np.array([along]), across)[0])
         turn = float(self.model.spin(state)[0]) + moment / (SQUARE_GYRATION * area)

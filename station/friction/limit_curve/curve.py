@@ -198,7 +198,7 @@ def _plain(value: Any) -> Any:
 
 
 def _number(value: float | None) -> float:
-    """Returns NaN for null, which stands for it as JSON has none, and the number otherwise."""
+    """Returns the number, or NaN for null, which stands for it as JSON has none."""
     return float("nan") if value is None else float(value)
 
 

@@ -44,7 +44,7 @@ def estimates_of(fit: Maximum) -> dict[str, Estimate]:
 
 
 def friction_at(fit: Maximum, phi_rad: float) -> Estimate:
-    """Returns friction of a slide in one direction of the frame (at the orientation 0 in the frame "both")."""
+    """Returns the friction of a slide in one direction of the frame (at the orientation 0 in the frame "both")."""
     _, mu, low, high = _columns(fit, np.array([phi_rad]))
     return Estimate(float(mu[0]), float(low[0]), float(high[0]))
 

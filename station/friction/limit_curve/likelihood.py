@@ -108,7 +108,7 @@ class Likelihood:
     # --- the sum ---------------------------------------------------------------------------------------------------
 
     def __call__(self, values: Array) -> tuple[float, Array]:
-        """Returns ln of the likelihood, less the hinge, and its gradient (k,)."""
+        """Returns the ln of the likelihood, less the hinge, and its gradient (k,)."""
         ease, turned = self._ease(values), self.data.orientation_rad
         onset, slide = self._solved(values, ease)
         total, gradient = self._onsets(values, self._at(values, onset, turned))

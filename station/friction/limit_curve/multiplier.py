@@ -43,7 +43,7 @@ class Multiplier:
             raise ValueError(f"expected positive {', '.join(names)} for {self.family}, got {self.parameters}")
 
     def log_density(self, values: ArrayLike) -> Array:
-        """Returns ln of the density (n,) at positive values (n,)."""
+        """Returns the ln of the density (n,) at positive values (n,)."""
         x = np.asarray(values, dtype=np.float64)
         first, second = self.parameters[:2]
         if self.family == "gamma":

@@ -70,7 +70,7 @@ class Layout:
         return self.names.index(name)
 
     def bounds(self) -> list[tuple[float, float]]:
-        """Returns least and greatest values (k,)."""
+        """Returns the least and greatest values (k,)."""
         return [_BOUNDS[_family(name)] for name in self.names]
 
     def shape(self, values: Array, frame: str) -> Shape:

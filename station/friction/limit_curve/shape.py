@@ -58,7 +58,7 @@ class Ellipse:
     axis_rad: float
 
     def mu(self, phi_rad: ArrayLike) -> Array:
-        """Returns friction (n,) of a slide in the direction phi (n,)."""
+        """Returns the friction (n,) of a slide in the direction phi (n,)."""
         along = np.asarray(phi_rad, dtype=np.float64) - self.axis_rad
         return cast(Array, np.hypot(self.mu_1 * np.cos(along), self.mu_2 * np.sin(along)))
 
@@ -86,7 +86,7 @@ class LimitCurve:
         return self.object.series() + self.plate.series() * np.exp(-1j * np.arange(ORDER + 1) * orientation_rad)
 
     def mu(self, phi_rad: ArrayLike, *, orientation_rad: float = 0.0) -> Array:
-        """Returns friction coefficient (n,) while the block begins to slide in the directions phi (n,)."""
+        """Returns the friction coefficient (n,) while the block begins to slide in the directions phi (n,)."""
         return self.level * np.exp(evaluate(self.series(orientation_rad), phi_rad).log)
 
     def force(self, phi_rad: ArrayLike, *, orientation_rad: float = 0.0) -> Array:

@@ -130,6 +130,6 @@ class Hold:
         return max(slip, tip) / normal
 
     def slack(self, force: Three, *, share: float) -> float:
-        """Returns largest further acceleration (m/s²), in any direction, that leaves the utilisation below `share`."""
+        """Gives the largest further acceleration (m/s²) in any direction that leaves the utilisation below `share`."""
         mu = share * self._weakest
         return (mu * force[2] - math.hypot(force[0], force[1])) / (1 + mu)
