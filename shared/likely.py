@@ -37,7 +37,7 @@ Sides = tuple[float, float, float]
 
 
 def unlikely_view(*, px_per_mm: float, height_mm: float, fiducial_mm: float, plate_m: float) -> Iterator[str]:
-    """Sentences on a camera's view beyond all rigs, as `unlikely` gives them.
+    """Yields sentences on a camera's view beyond all rigs, as `unlikely` gives them.
 
     Args:
         px_per_mm: scale of the picture on the plate.
@@ -52,7 +52,7 @@ def unlikely_view(*, px_per_mm: float, height_mm: float, fiducial_mm: float, pla
 
 
 def unlikely(*, block_m: Sides, mass_kg: float, plate_m: float, opening_m: float, mark_mm: Range) -> Iterator[str]:
-    """Sentences on sizes and masses beyond all rigs, each with key, value and the value that was probably meant.
+    """Yields sentences on sizes and masses beyond all rigs, each with key, value and the value that was probably meant.
 
     Args:
         block_m: length, width and height of the block.
@@ -70,7 +70,7 @@ def unlikely(*, block_m: Sides, mass_kg: float, plate_m: float, opening_m: float
 
 
 def sides_meant(side: float) -> str:
-    """The question whether a cube with such sides was meant, in the likeliest unit, for a size that is one number."""
+    """Gives the question whether a cube with such sides was meant, in the likeliest unit, for a size of one number."""
     near = (side * slip for slip in (1.0, *SLIPS))
     found = next((one for one in near if BLOCK_M[0] <= one <= BLOCK_M[1]), None)
     return "" if found is None else f"; did you mean {_listed(found, found, found)}?"
@@ -88,7 +88,7 @@ def _density(block_m: Sides, mass_kg: float) -> Iterator[str]:
 
 
 def _sides_of_mass(block_m: Sides, mass_kg: float) -> str:
-    """The question whether the sides were meant in another unit, in which the block's density is likely."""
+    """Returns the question whether the sides were meant in another unit, in which the block's density is likely."""
     near = ((slip * block_m[0], slip * block_m[1], slip * block_m[2]) for slip in SLIPS)
     found = next((sides for sides in near if _solid(sides, mass_kg)), None)
     return "" if found is None else f"; did you mean size_m = {_listed(*found)}?"

@@ -53,18 +53,18 @@ class PanelDisplay:
         self._watched.attach(bus)
 
     def line(self, level: str, text: str) -> None:
-        """A line of the log."""
+        """Takes a line of the log."""
         self._watched.line(level, text)
 
     def tell(self, done: int) -> None:
-        """Nothing: the panel is drawn by itself."""
+        """Does nothing: the panel is drawn by itself."""
 
     def end(self, fault: str) -> None:
-        """Nothing: the summary follows."""
+        """Does nothing: the summary follows."""
 
 
 def rendered(moment: Moment) -> RenderableType:
-    """The panel of a moment: about 16 lines."""
+    """Returns the panel of a moment: about 16 lines."""
     now = Table.grid(padding=(0, 2))
     for name, value in _now(moment):
         now.add_row(Text(name, style="dim"), value)
@@ -78,7 +78,9 @@ def rendered(moment: Moment) -> RenderableType:
 
 
 def _log(lines: Sequence[str]) -> list[str]:
-    """The newest lines, broken between words, in as many rows as lines are kept; the newest is whole all the same.
+    """Returns the newest lines, broken between words, in as many rows as lines are kept.
+
+    Only the newest is whole, however long it is.
 
     A remedy stands at the end of its sentence, and a low terminal has no further rows.
     """
@@ -122,7 +124,7 @@ def _distance(moment: Moment) -> RenderableType:
 
 
 def _distance_text(moment: Moment) -> str:
-    """The distance in mm, or in px while the camera's geometry is unknown."""
+    """Returns the distance in mm, or in px while the camera's geometry is unknown."""
     moved, threshold, unit = moment.moved_mm, moment.threshold_mm, "mm"
     if moved is None or threshold is None:
         moved, threshold, unit = moment.moved_px or 0.0, moment.threshold_px or 0.0, "px"
@@ -147,6 +149,6 @@ def _health(part: Health) -> tuple[RenderableType, RenderableType]:
 
 
 def _direction(number: int | None, azimuth_deg: float | None) -> str:
-    """A direction by its number, with the azimuth of the tilting axis where that is known."""
+    """Returns a direction by its number, with the azimuth of the tilting axis where that is known."""
     name = "–" if number is None else "free" if number < 0 else str(number)
     return name if azimuth_deg is None else f"{name} ({azimuth_deg:.0f}°)"

@@ -40,7 +40,7 @@ class Backend:
         }
 
     def state(self) -> dict[str, Any]:
-        """Everything that changes all the time."""
+        """Returns everything that changes all the time."""
         own = {"job": self.jobs.state(), "own": self.sessions.state(), "view": self.viewers.state}
         return {"rig": self._rig.id, "notes": planted_in(self._rig), **self.follower.state(), **own}
 

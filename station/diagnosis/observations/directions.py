@@ -48,11 +48,15 @@ class ExpectedDirections:
 def expected_directions(
     off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array], run: Times
 ) -> ExpectedDirections:
-    """The expectation of deviations from the steepest line, for slides at angles (n, 3) each, rad.
+    """Returns the expectation of deviations from the steepest line, for slides at angles (n, 3) each, rad.
 
-    `off_rad` (n, 3), rad, are the deviations as measured, with standard errors `sigma_rad` (n,), rad, which the rows of
-    a `run` (n,) have in common. The angles are those on which a law may depend: down the slope in the plate, from the
-    plate's texture, in the block.
+    The angles are those on which a law may depend: down the slope in the plate, from the plate's texture, in the block.
+
+    Args:
+        off_rad: (n, 3) the deviations as measured, rad.
+        sigma_rad: (n,) their standard errors, which the rows of a run have in common, rad.
+        angles_rad: the angles, each (n, 3), on which a law may depend, rad.
+        run: (n,) the run of each slide.
     """
     if len(off_rad) == 0:
         return ExpectedDirections(off_rad, sigma_rad, off_rad)
@@ -69,7 +73,7 @@ def expected_directions(
 
 
 def _common(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array], run: Times) -> Array:
-    """The part (n, 3) of the deviations that harmonics of the angles explain; each angle and order is a group."""
+    """Gives the part (n, 3) of the deviations that harmonics of the angles explain; each angle and order is a group."""
     waves = [function(k * angle.ravel()) for angle in angles_rad for k in HARMONICS for function in (np.cos, np.sin)]
     design = np.column_stack([np.ones(off_rad.size), *waves])
     rows = np.bincount(run)[run] * off_rad.shape[1]
@@ -79,6 +83,6 @@ def _common(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array], run: 
 
 
 def true_variance(left: Array, sigma: Array) -> float:
-    """The variance of true values about zero, from measured ones `left` (n,) less that of their errors `sigma` (n,)."""
+    """Returns the variance of true values about zero, from measured ones `left` (n,) with errors `sigma` (n,)."""
     squared = np.minimum(left**2, float(np.quantile(left**2, FAR)))
     return max(float(np.average(squared / KEPT - sigma**2, weights=sigma**-4.0)), 0.0)

@@ -32,7 +32,7 @@ LEAST_MU = 0.15
 
 
 def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channel]:
-    """The channels along, across and turn, from all windows in which the block is clear of the foam."""
+    """Returns the channels along, across and turn, from all windows in which the block is clear of the foam."""
     windows, nodes = recorded.free_windows, len(WEIGHTS)
     if not len(windows):
         return []
@@ -83,7 +83,7 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
 
 
 def _sigmas(recorded: Recorded, contact: Contact, yaw_rad: Array, rate_rad_s: Array) -> tuple[Array, Array]:
-    """Standard deviations (n,) of the friction along, relative, and of the turning, rad/s², from those of yaw and rate.
+    """Gives standard deviations (n,) of friction along, relative, and of the turning, rad/s², by those of yaw and rate.
 
     Of the yaw in one frame it is `yaw_rad` (n,), of the rate of turning `rate_rad_s` (n,).
     """
@@ -105,7 +105,10 @@ def _sigmas(recorded: Recorded, contact: Contact, yaw_rad: Array, rate_rad_s: Ar
 
 
 def _seen(recorded: Recorded, moments: Moments, rate_rad_s: Array) -> View:
-    """The camera's view of the windows' nodes (3 n,) on their expected path; blocks turn at `rate_rad_s` (3 n,)."""
+    """Returns the camera's view of the windows' nodes (3 n,) on their expected path.
+
+    Blocks turn at `rate_rad_s` (3 n,).
+    """
     windows, contact = recorded.free_windows, moments.reported
     place_m, velocity_m_s = expected_path(windows, moments.plain)
     return block_view(
@@ -120,7 +123,7 @@ def _seen(recorded: Recorded, moments: Moments, rate_rad_s: Array) -> View:
 
 
 def _directions(recorded: Recorded) -> tuple[Array, ExpectedDirections]:
-    """The direction down the slope at the nodes (n, 3), rad, and the slides' expected deviations from it."""
+    """Returns the direction down the slope at the nodes (n, 3), rad, and the slides' expected deviations from it."""
     windows = recorded.free_windows
     plate = recorded.plate.at(windows["node_ns"].ravel())
     down = plate.down_rad.reshape(-1, len(NODES))
@@ -133,13 +136,13 @@ def _directions(recorded: Recorded) -> tuple[Array, ExpectedDirections]:
 
 
 def _velocities(windows: Windows, way_rad: Array) -> Array:
-    """Velocities at the nodes (3 n, 2), m/s: the windows' own speeds in directions (n, 3), rad."""
+    """Returns velocities at the nodes (3 n, 2), m/s: the windows' own speeds in directions (n, 3), rad."""
     speed = np.hypot(windows["node_velocity"][..., 0], windows["node_velocity"][..., 1])
     return np.stack([speed * np.cos(way_rad), speed * np.sin(way_rad)], axis=-1).reshape(-1, 2)
 
 
 def _uneven(windows: Windows, plate: PlateMotion) -> Array:
-    """The plate's mean acceleration over each window less that at the nodes (n, 3), rad/s².
+    """Returns the plate's mean acceleration over each window less that at the nodes (n, 3), rad/s².
 
     A plate that is set in motion or stopped has corners there, which three points do not show.
     """
@@ -152,13 +155,13 @@ def _uneven(windows: Windows, plate: PlateMotion) -> Array:
 
 
 def _moments_ns(windows: Windows, nodes: Array) -> Times:
-    """The times (n k,), ns, of nodes (k,), from −1 to 1, in each window."""
+    """Returns the times (n k,), ns, of nodes (k,), from −1 to 1, in each window."""
     middle, half = (windows["from_ns"] + windows["to_ns"]) // 2, 0.5 * (windows["to_ns"] - windows["from_ns"])
     return (middle[:, None] + np.round(half[:, None] * nodes).astype(np.int64)).ravel()
 
 
 def _between(windows: Windows, plate: PlateMotion, uneven: Array) -> Array:
-    """The means of pull and press over each window less those at the nodes (n, 3), m/s²."""
+    """Returns the means of pull and press over each window less those at the nodes (n, 3), m/s²."""
     places, velocities = windows["node_pose"][..., :2], windows["node_velocity"]
 
     def mean(nodes: Array, weights: Array, quicker: Array | float = 0.0) -> Array:
@@ -171,7 +174,7 @@ def _between(windows: Windows, plate: PlateMotion, uneven: Array) -> Array:
 
 
 def _carried(values: Array, nodes: Array) -> Array:
-    """Values (n, 3, 2) at the windows' nodes, extrapolated by a straight line to other nodes (k,): (n k, 2)."""
+    """Returns values (n, 3, 2) at the windows' nodes, extrapolated by a straight line to other nodes (k,): (n k, 2)."""
     slope = (values[:, -1] - values[:, 0]) / (NODES[-1] - NODES[0])
     return (values.mean(axis=1)[:, None] + slope[:, None] * nodes[None, :, None]).reshape(-1, 2)
 

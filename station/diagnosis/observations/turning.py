@@ -18,10 +18,11 @@ LEAST_RAD_S = 1e-6
 
 
 def expected_rates(rate_rad_s: Array, sigma_rad_s: Array) -> tuple[Array, Array]:
-    """The expected rates (n, 3) and their errors (n,), rad/s.
+    """Returns the expected rates (n, 3) and their errors (n,), rad/s.
 
-    `rate_rad_s` (n, 3) are the measured ones at three moments of each of n stretches of a slide, with errors
-    `sigma_rad_s` (n,) at the middle one.
+    Args:
+        rate_rad_s: (n, 3) the measured rates at three moments of each of n stretches of a slide, rad/s.
+        sigma_rad_s: (n,) the errors of the middle ones, rad/s.
     """
     sigma = np.maximum(sigma_rad_s, LEAST_RAD_S)
     own = true_variance(rate_rad_s[:, 1], sigma) if len(sigma) else 0.0

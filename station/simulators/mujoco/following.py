@@ -67,7 +67,7 @@ class Followed:
     bodies: list[TiltedBlock]
 
     def select(self, chosen: Index) -> Followed:
-        """The runs with the indices `chosen` (b,) among them."""
+        """Returns the runs with the indices `chosen` (b,) among them."""
         return Followed(
             row=self.row[chosen],
             number=self.number[chosen],
@@ -104,7 +104,9 @@ class Follower:
         self._shakes, self._carries = bool(model.acting("shaking")), model.carries
 
     def step(self, runs: Followed) -> Array:
-        """One step of every run; gives by how much friction exceeds the load, as a share (a,): below 0 it slides.
+        """Takes one step of every run.
+
+        It returns by how much friction exceeds the load, as a share (a,): below 0 it slides.
 
         MuJoCo's Euler step is semi-implicit: the load has to be that of the step's beginning (`TwinWorld` says why).
         """
@@ -156,7 +158,7 @@ class Follower:
         return surplus
 
     def _hold(self, contact: Contact | None, blocks: Blocks, moving: Bools) -> Support:
-        """The limit curve that MuJoCo is given, with its slope and bend in the contact's direction."""
+        """Returns the limit curve that MuJoCo is given, with its slope and bend in the contact's direction."""
         hold = self._curve.at(contact, blocks.friction)
         if contact is None or moving.all():
             return hold
