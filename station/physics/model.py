@@ -115,7 +115,8 @@ class Model:
     def carried(self, contact: Contact, *, yaw_rate_rad_s: Array | float, speed_m_s: Array) -> Array:
         """Returns the share (n,) of friction that acts across the way, to the right, on a block that turns to the left.
 
-        Friction acts before the mass by the lead of the pressure, and by the arm's part along the way.
+        Friction acts before the mass by the lead of the pressure, and by the arm's part along the way. The blocks turn
+        at `yaw_rate_rad_s` (n,), rad/s, or all at one rate, and slide at `speed_m_s` (n,), m/s.
         """
         side_m = np.sqrt(contact.area_m2)
         ahead_m = self.lead(contact) * side_m
