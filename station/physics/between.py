@@ -91,6 +91,10 @@ class Between(Effect):
         """Returns the difference (n, 4, 2), m."""
         return _less(self._effect.seen(view, values), self._effect.seen(view, self._there))
 
+    def exposed_s(self, view: View, values: Values) -> Array | None:
+        """Returns the difference (n, 4), s."""
+        return _less(self._effect.exposed_s(view, values), self._effect.exposed_s(view, self._there))
+
     def mass(self, contact: Contact, values: Values) -> Array | None:
         """Returns the difference (n, 3), widths of the sole."""
         return _less(self._effect.mass(contact, values), self._effect.mass(contact, self._there))

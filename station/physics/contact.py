@@ -129,6 +129,7 @@ class View:
         point_m: (n, 4, 2) the mark's true corners in P.
         on_block: False for a fiducial that is fixed to the plate.
         velocity_m_s: (n, 2) velocity of the mark's centre in P; 0 for a fiducial.
+        acceleration_m_s2: (n, 2) its acceleration, or one for all.
         yaw_rate_rad_s: (n,) turning rate of the mark.
         tilt_rad, down_rad: (n,) as in `Contact`.
         rest_s: (n,) time since this run's tilt began: how long the block has been held on a slope.
@@ -153,10 +154,22 @@ class View:
     image_centre_m: Array
     row_m: Array
     image_size_m: float
+    acceleration_m_s2: Array | float = 0.0
 
     def of(self, point_m: Array) -> View:
         """Returns the same view of a mark whose true corners are at `point_m` (n, 4, 2), m, in P."""
         return _other(self, point_m=point_m)
+
+    def moving(self, velocity_m_s: Array, acceleration_m_s2: Array | float) -> View:
+        """Returns the same view of a mark with other motion in P: (n, 2), m/s, and (n, 2) or one for all, m/s²."""
+        return _other(self, velocity_m_s=velocity_m_s, acceleration_m_s2=acceleration_m_s2)
+
+    def later(self, late_s: Array) -> View:
+        """Returns the view of a mark each of whose corners has gone on for a time of its own, `late_s` (n, 4), s."""
+        out, late = self.point_m - self.centre_m[:, None, :], late_s[..., None]
+        turning = self.yaw_rate_rad_s[:, None, None] * np.stack([-out[..., 1], out[..., 0]], axis=-1)
+        gained = np.broadcast_to(self.acceleration_m_s2, self.velocity_m_s.shape)[:, None, :]
+        return self.of(self.point_m + late * (self.velocity_m_s[:, None, :] + turning + 0.5 * late * gained))
 
     @cached_property
     def centre_m(self) -> Array:
@@ -178,7 +191,7 @@ FOLLOWING = {
 """The properties that are worked out from each field."""
 
 
-def _other(one: T, **changed: Array) -> T:
+def _other(one: T, **changed: Array | float) -> T:
     """Returns a copy with some fields `changed`, without what follows from them.
 
     All else that was worked out stays known.

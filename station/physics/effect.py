@@ -137,6 +137,14 @@ class Effect(ABC):
         del view, values
         return None
 
+    def exposed_s(self, view: View, values: Values) -> Array | None:
+        """Returns by how much later (n, 4), s, corners are exposed that the picture shows where the view has them.
+
+        An effect with it needs no other place in the picture: `Model.seen` takes it together with all that displaces.
+        """
+        del view, values
+        return None
+
     def mass(self, contact: Contact, values: Values) -> Array | None:
         """Returns the place (n, 3) of the centre of mass from the sole's middle, in the block's frame, in sole widths.
 

@@ -14,10 +14,11 @@ from station.physics.model import Model
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Seen:
-    """Moments of a mark: `pose`, `velocity` (n, 3) x, y, yaw in P; the others (n,) are those of `View`."""
+    """Moments of a mark: x, y and yaw in P, each (n, 3), and their rates; the others (n,) are those of `View`."""
 
     pose: Array
     velocity: Array
+    acceleration: Array
     tilt_rad: Array
     down_rad: Array
     rest_s: Array
@@ -67,6 +68,7 @@ class Camera:
             point_m=corners_m,
             on_block=on_block,
             velocity_m_s=seen.velocity[:, :2] if on_block else np.zeros((len(corners_m), 2)),
+            acceleration_m_s2=seen.acceleration[:, :2] if on_block else 0.0,
             yaw_rate_rad_s=seen.velocity[:, 2] if on_block else np.zeros(len(corners_m)),
             tilt_rad=seen.tilt_rad,
             down_rad=seen.down_rad,

@@ -135,7 +135,7 @@ class _Stage:
         self._tilt_ns = np.array([run.tilt_ns for run in runs], dtype=np.int64)
         self._late_ns = round(model.delay_s() * 1e9)
 
-    def seen(self, time_ns: Integers, pose: Array, velocity: Array) -> Seen:
+    def seen(self, time_ns: Integers, pose: Array, velocity: Array, acceleration: Array) -> Seen:
         """Returns the state on which the image depends, at moments (m,) of a mark at poses (m, 3)."""
         gravity = self._attitude.gravity_at(time_ns - self._late_ns)
         row = self._moments.run_of(time_ns)
@@ -143,6 +143,7 @@ class _Stage:
         return Seen(
             pose=pose,
             velocity=velocity,
+            acceleration=acceleration,
             tilt_rad=np.arctan2(np.hypot(gravity[:, 0], gravity[:, 1]), -gravity[:, 2]),
             down_rad=np.arctan2(gravity[:, 1], gravity[:, 0]),
             rest_s=np.where(row >= 0, np.maximum(since, 0.0), 0.0),
@@ -158,7 +159,7 @@ class _Stage:
         usual = np.median(found.corner_px[level] if level.any() else found.corner_px, axis=0)
         place = corners_on_plate(usual, self.camera.flat)
         none = np.zeros((len(track), 3))
-        pixels = self.camera.fiducial_px(place, self.seen(track.time_ns, none, none), self.model)
+        pixels = self.camera.fiducial_px(place, self.seen(track.time_ns, none, none, none), self.model)
         return replace(track, corner_px=np.where(track.found[:, None, None], pixels, np.nan))
 
     @staticmethod
@@ -197,10 +198,12 @@ class _Mark:
         own = np.empty((len(self._chosen), 4, 2))
         for number, (stamps, slices) in enumerate(self._asked):
             pose = outcome.pose[slices[0]]
-            velocity = np.zeros_like(pose)
+            velocity = acceleration = np.zeros_like(pose)
             if self._moving:
-                velocity = (outcome.pose[slices[2]] - outcome.pose[slices[1]]) / (2.0 * _BLINK_S)
-            whole = stage.camera.block_px(stage.seen(stamps, pose, velocity), stage.model)
+                before, after = outcome.pose[slices[1]], outcome.pose[slices[2]]
+                velocity = (after - before) / (2.0 * _BLINK_S)
+                acceleration = (before - 2.0 * pose + after) / _BLINK_S**2
+            whole = stage.camera.block_px(stage.seen(stamps, pose, velocity, acceleration), stage.model)
             if len(self._asked) == 1:
                 own = whole
             else:

@@ -15,8 +15,8 @@ from station.diagnosis.observations.windows import WEIGHTS, Windows
 from station.physics.contact import Array, unit
 
 
-def expected_path(windows: Windows, plain: Load) -> tuple[Array, Array]:
-    """Returns the places (3 n, 2), m, and velocities (3 n, 2), m/s, of the windows' nodes in P.
+def expected_path(windows: Windows, plain: Load) -> tuple[Array, Array, Array]:
+    """Returns places (3 n, 2), m, velocities (3 n, 2), m/s, and accelerations (3 n, 2), m/s², of the nodes in P.
 
     Each of the `windows` (n,) goes on from its place and speed at the middle, which are independent of its
     acceleration's noise, in the direction of the `plain` loads' contact (3 n,), with the acceleration that they make at
@@ -29,7 +29,8 @@ def expected_path(windows: Windows, plain: Load) -> tuple[Array, Array]:
     since_s = 1e-9 * (windows["node_ns"] - windows["node_ns"][:, 1:2])[..., None]
     start = plain.contact.speed_m_s.reshape(count, -1)[:, 1, None, None] * way[:, None, :]
     place = windows["node_pose"][:, 1:2, :2] + since_s * start + 0.5 * since_s**2 * along
-    return place.reshape(-1, 2), (start + since_s * along).reshape(-1, 2)
+    moving = (start + since_s * along, np.broadcast_to(along, place.shape))
+    return place.reshape(-1, 2), *(each.reshape(-1, 2) for each in moving)
 
 
 def _along(windows: Windows, plain: Load, way: Array) -> Array:

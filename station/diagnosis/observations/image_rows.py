@@ -182,9 +182,8 @@ def shape_channel(recorded: Recorded) -> Sequence[Channel]:
     columns = {**_span(found), "sigma": np.hypot(sigma, thresholds.STRAIN_TRUSTED)}
     every = np.repeat(np.arange(len(found)), 3)
     rows = rows_of(columns, covariates).chosen(every)
-    spread_m = view.velocity_m_s * found["spread_s"][:, None]
     mark_m = mark_corners(side_m=geometry.marker_side_m, aspect=geometry.marker_aspect)
-    return [Shape(rows, found["corner_m"], mark_m=mark_m, view=view, spread_m=spread_m)]
+    return [Shape(rows, found["corner_m"], mark_m=mark_m, view=view, spread_s=found["spread_s"])]
 
 
 def _shaped(recorded: Recorded, run: int, track: RunTrack) -> Iterator[Any]:

@@ -7,13 +7,15 @@ import numpy as np
 from station.compiled import compiled
 from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import Channel, Rows
-from station.physics.contact import Array, View
+from station.physics.contact import Array, View, middle
 from station.physics.effect import Effect
 from station.physics.model import Model
 
 COMMON_ROUNDS = 8
 TRUE_ROUNDS = 2
-"""A lens of a twentieth leaves a thousandth of itself after one round, and a thirtieth of that after another."""
+"""A lens of a twentieth leaves a thousandth of itself before the first, and a thirtieth of that after each round."""
+LEAST_S = 1e-6
+"""A guard of a division: no frames are so near to each other."""
 LEAST_PULL = 1e-6
 """Strains that are equal to so much of their noise have no scatter to divide by."""
 
@@ -23,7 +25,7 @@ class Shape(Channel):
 
     A mark is never printed exactly: what all views share beside a model's strain is the mark's own. The mean corners
     seen in P are `corner_m` (n, 4, 2), m, and `mark_m` (4, 2) those of the mark as it should be, in the block's axes;
-    `spread_m` (n, 2) is the root mean square way of the mark along its path in the view's frames.
+    `spread_s` (n,) is the standard deviation of the times of the view's frames, s.
     """
 
     name: str = "shape"
@@ -32,9 +34,9 @@ class Shape(Channel):
     unit: str = "1"
     trusted: float = thresholds.STRAIN_TRUSTED
 
-    def __init__(self, rows: Rows, corner_m: Array, *, mark_m: Array, view: View, spread_m: Array) -> None:
+    def __init__(self, rows: Rows, corner_m: Array, *, mark_m: Array, view: View, spread_s: Array) -> None:
         super().__init__(rows)
-        self._corner, self._view, self._spread = corner_m, view, spread_m[:, None, :]
+        self._seen, self._spread_s = view.of(corner_m), np.maximum(spread_s, LEAST_S)
         self._gradient = gradient_per_m(mark_m)
         self._precision = 1.0 / np.square(rows.sigma[::3])
 
@@ -45,19 +47,29 @@ class Shape(Channel):
     def residual(self, model: Model) -> Array:
         """Returns the strain (3 n,) that is left of the mark where the model says that its corners were."""
         seen_by = any(self.changed_by(term.effect) for term in model.acting("seen"))
-        strain = strain_of(self._true(model) if seen_by else self._corner, self._gradient)
+        strain = strain_of(self._true(model) if seen_by else self._seen.point_m, self._gradient)
         return (strain - common(strain, self._precision)).ravel()
 
     def _true(self, model: Model) -> Array:
         """Returns the corners' true places (n, 4, 2), m: those seen, less their displacement there.
 
-        The displacement is the mean at two places on the path, whose mean and spread are those of the view's frames.
+        The displacement is the mean at two moments of the path, whose mean and spread are those of the view's frames;
+        its change between them is no velocity of the mark.
         """
-        true = self._corner
+        seen = self._seen
+        true = seen.of(seen.point_m - model.seen(seen))
         for _ in range(TRUE_ROUNDS):
-            true = self._corner - model.seen(self._view.of(true))
-        ahead, behind = (model.seen(self._view.of(true + way)) for way in (self._spread, -self._spread))
-        return self._corner - 0.5 * (ahead + behind)
+            ahead, behind = (model.seen(_after(true, time_s)) for time_s in (self._spread_s, -self._spread_s))
+            gained = middle(ahead - behind) / (2.0 * self._spread_s[:, None])
+            true = seen.of(seen.point_m - 0.5 * (ahead + behind))
+            true = true.moving(seen.velocity_m_s - gained, seen.acceleration_m_s2)
+        return true.point_m
+
+
+def _after(view: View, time_s: Array) -> View:
+    """Returns the view as it is after times (n,), s."""
+    faster = view.velocity_m_s + time_s[:, None] * view.acceleration_m_s2
+    return view.later(np.repeat(time_s[:, None], 4, axis=1)).moving(faster, view.acceleration_m_s2)
 
 
 def gradient_per_m(mark_m: Array) -> Array:

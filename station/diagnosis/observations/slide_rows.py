@@ -116,11 +116,12 @@ def _seen(recorded: Recorded, moments: Moments, rate_rad_s: Array) -> View:
     Blocks turn at `rate_rad_s` (3 n,).
     """
     windows, contact = recorded.free_windows, moments.reported
-    place_m, velocity_m_s = expected_path(windows, moments.plain)
+    place_m, velocity_m_s, acceleration_m_s2 = expected_path(windows, moments.plain)
     return block_view(
         recorded,
         np.column_stack([place_m, contact.yaw_rad]),
         velocity_m_s=velocity_m_s,
+        acceleration_m_s2=acceleration_m_s2,
         yaw_rate_rad_s=rate_rad_s,
         tilt_rad=contact.tilt_rad,
         down_rad=contact.down_rad,

@@ -93,6 +93,7 @@ def _view(recorded: Recorded, track: RunTrack, time_ns: Times, pose: Array) -> V
         recorded,
         pose,
         velocity_m_s=velocity[:, :2],
+        acceleration_m_s2=np.gradient(velocity[:, :2], seconds, axis=0),
         yaw_rate_rad_s=velocity[:, 2],
         tilt_rad=plate.tilt_rad,
         down_rad=plate.down_rad,

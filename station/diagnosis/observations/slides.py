@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,7 +16,7 @@ from station.diagnosis.observations.windows import WEIGHTS
 from station.physics.contact import Array, Contact, View, middle, unit
 from station.physics.dissipation import support_slope
 from station.physics.effect import Effect
-from station.physics.model import Model, Term
+from station.physics.model import Model
 from station.physics.sole import SQUARE_GYRATION, TURNING_RADIUS, left_against_turning
 
 LEAST_MU = 0.05
@@ -82,28 +82,38 @@ class Motion:
         Both are by the model's effects on the picture. A lens that enlarges what is far from its axis makes a block
         that goes there seem to decelerate less, and one that passes beside the axis seem to turn.
         """
-        terms = [term for term in model.acting("seen") if _bends(term.effect)]
-        if self.view is None or not terms:
+        bending = replace(model, terms=tuple(term for term in model.acting("seen") if _bends(term.effect)))
+        if self.view is None or not bending.acting("seen"):
             return np.zeros((len(self.acceleration_m_s2), 2)), np.zeros(len(self.acceleration_m_s2))
-        moved = sum((_mean_shift(term, self.view) for term in terms), np.zeros((1, 2)))
-        first, middle, last = moved.reshape(-1, len(WEIGHTS), 2).transpose(1, 0, 2)
-        times_ns = self.moments.time_ns.reshape(-1, len(WEIGHTS))
-        half_s = 0.5e-9 * (times_ns[:, -1] - times_ns[:, 0])
-        begin, _, end = self.view.centre_m.reshape(-1, len(WEIGHTS), 2).transpose(1, 0, 2)
+        shift = bending.seen(self._true(self.view, bending.seen(self.view)))
+        first, _, last = self._at_nodes(middle(shift))
+        begin, _, end = self._at_nodes(self.view.centre_m)
         way, aside = end - begin, last - first
         turned = (way[:, 0] * aside[:, 1] - way[:, 1] * aside[:, 0]) / np.maximum((way**2).sum(axis=1), LEAST_WAY_M**2)
-        return (first - 2.0 * middle + last) / half_s[:, None] ** 2, turned
+        return self._changes(middle(shift))[1], turned
+
+    def _true(self, view: View, shift: Array) -> View:
+        """Returns the view without the displacements `shift` (3 n, 4, 2), m, and the velocity that they seem to add."""
+        velocity = view.velocity_m_s - self._changes(middle(shift))[0]
+        return view.of(view.point_m - shift).moving(velocity, view.acceleration_m_s2)
+
+    def _changes(self, place: Array) -> tuple[Array, Array]:
+        """Returns the first (3 n, 2), 1/s, and the second derivative (n, 2), 1/s², of what is at the nodes (3 n, 2)."""
+        times_ns = self.moments.time_ns.reshape(-1, len(WEIGHTS))
+        half_s = 0.5e-9 * (times_ns[:, -1] - times_ns[:, 0])[:, None]
+        first, middle_one, last = self._at_nodes(place)
+        slope, bend = (last - first) / (2.0 * half_s), (first - 2.0 * middle_one + last) / half_s**2
+        return np.stack([slope - half_s * bend, slope, slope + half_s * bend], axis=1).reshape(-1, 2), bend
+
+    @staticmethod
+    def _at_nodes(values: Array) -> Array:
+        """Returns what is at the first, middle and last nodes (3, n, 2) of the windows, of (3 n, 2)."""
+        return values.reshape(-1, len(WEIGHTS), 2).transpose(1, 0, 2)
 
 
 def _bends(effect: Effect) -> bool:
     """Returns true if an effect displaces the picture of a block that slides."""
     return effect.layer == "camera" and "seen" in effect.acts_through()
-
-
-def _mean_shift(term: Term, view: View) -> Array:
-    """Returns the shift of the mark's middle (n, 2), m."""
-    shift = term.effect.seen(view, term.values)
-    return np.zeros((len(view.tilt_rad), 2)) if shift is None else middle(shift)
 
 
 class _Slides(Channel):

@@ -29,7 +29,8 @@ STRETCH = np.dtype(
         ("run", np.int64), ("from_ns", np.int64), ("to_ns", np.int64), ("tilt_ns", np.int64), ("slip_ns", np.int64),
         ("frames", np.int64), ("spread_s", np.float64),
         ("pose", np.float64, 3), ("corner_m", np.float64, (4, 2)), ("velocity", np.float64, 2),
-        ("yaw_rate", np.float64), ("sigma_m", np.float64), ("corner_sigma_m", np.float64),
+        ("acceleration", np.float64, 2), ("yaw_rate", np.float64),
+        ("sigma_m", np.float64), ("corner_sigma_m", np.float64),
     ]
 )  # fmt: skip
 """A stretch: the run's index in the evidence, its times, those of the tilt's begin and of the slip (or the run's end),
@@ -49,7 +50,7 @@ def spans(from_ns: int, to_ns: int) -> Iterator[tuple[int, int]]:
 def stretch(run: int, track: RunTrack, from_ns: int, to_ns: int, *, moving: bool = False) -> tuple[Any, ...] | None:
     """Returns one row of `Stretches`; None with too few frames.
 
-    Only of a `moving` block is the velocity not taken for 0.
+    Only of a `moving` block are velocity and acceleration not taken for 0.
     """
     part = track.frames(from_ns, to_ns)
     count = part.stop - part.start
@@ -57,25 +58,28 @@ def stretch(run: int, track: RunTrack, from_ns: int, to_ns: int, *, moving: bool
         return None
     times, pose = track.time_ns[part], track.pose[part]
     mean, seconds = pose.mean(axis=0), (times - times[0]) * 1e-9
-    slopes = mean_slopes(seconds, pose) if moving else np.zeros(3)
+    slopes, bends = mean_slopes(seconds, pose) if moving else np.zeros((2, 3))
     corners = np.full((4, 2), np.nan)
     if track.corner_m is not None:
         corners = mean[:2] + mean_shape(track.corner_m[part], pose[:, 2] - mean[2])
     noise = (track.sigma_m, track.corner_sigma_m)
     times_ns = times[0], times[-1], track.tilt_ns, track.slip_ns or track.end_ns
-    return run, *times_ns, count, seconds.std(), mean, corners, slopes[:2], slopes[2], *noise
+    return run, *times_ns, count, seconds.std(), mean, corners, slopes[:2], bends[:2], slopes[2], *noise
 
 
-def mean_slopes(seconds: Array, values: Array) -> Array:
-    """Gives the mean (k,) over the frames, per second, of the slopes of `values` (n, k) at `seconds` (n,), by a cubic.
+def mean_slopes(seconds: Array, values: Array) -> tuple[Array, Array]:
+    """Gives means (k,) over the frames of the slopes, 1/s, and second derivatives, 1/s², by a cubic.
 
-    In a slide the plate turns back, and its pull falls by some 7 m/s³. A straight line's slope, which the middle of a
-    stretch decides, is .6 % above that mean, which shears the mean picture (tests/unit/diagnosis/test_image_rows.py).
+    It goes through `values` (n, k) at `seconds` (n,). In a slide the plate turns back, and its pull falls by some 7
+    m/s³. A straight line's slope, which the middle of a stretch decides, is .6 % above the mean, which shears the mean
+    picture (tests/unit/diagnosis/test_image_rows.py).
     """
     centred = seconds - seconds.mean()
     powers = np.arange(min(DEGREE, len(seconds) - 1), 0, -1)
     terms = np.polyfit(centred, values, int(powers[0]))[:-1]
-    return (powers * (centred[:, None] ** (powers - 1)).mean(axis=0)) @ terms
+    slopes = powers * (centred[:, None] ** (powers - 1)).mean(axis=0)
+    bends = powers * (powers - 1) * (centred[:, None] ** np.maximum(powers - 2, 0)).mean(axis=0)
+    return slopes @ terms, bends @ terms
 
 
 def mean_shape(seen: Array, turned_rad: Array) -> Array:
@@ -98,6 +102,7 @@ def view_of(stretches: Stretches, recorded: Recorded) -> View:
         recorded,
         stretches["pose"],
         velocity_m_s=stretches["velocity"],
+        acceleration_m_s2=stretches["acceleration"],
         yaw_rate_rad_s=stretches["yaw_rate"],
         tilt_rad=tilt_rad,
         down_rad=down_rad,

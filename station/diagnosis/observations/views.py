@@ -24,6 +24,7 @@ def block_view(
     down_rad: Array,
     rest_s: Array,
     limit_rad: Array | None = None,
+    acceleration_m_s2: Array | float = 0.0,
 ) -> View:
     """Returns the view of the mark on blocks; the arguments but the first two are those of `View`.
 
@@ -38,6 +39,7 @@ def block_view(
         down_rad: (n,) direction of the steepest descent in P, rad.
         rest_s: (n,) time since the run's tilt began, s.
         limit_rad: (n,) tilt at which the run's block slid, rad; None where it is not asked for.
+        acceleration_m_s2: (n, 2) acceleration of the mark's centre in P, m/s², or one for all.
     """
     geometry = recorded.signals.geometry or CameraGeometry(
         marker_side_m=recorded.setting.block_side_m, mm_per_px=0.1667
@@ -60,6 +62,7 @@ def block_view(
         down_rad=down_rad,
         rest_s=rest_s,
         limit_rad=np.full(len(pose), np.nan) if limit_rad is None else limit_rad,
+        acceleration_m_s2=acceleration_m_s2,
         **_camera(geometry, recorded.setting.image_height_px, nearer=_nearer(geometry)),
     )
 

@@ -21,7 +21,7 @@ from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.plate import Times
 from station.diagnosis.observations.slide_tracks import SlideTrack
 from station.diagnosis.observations.windows import FRAMES
-from station.physics.contact import Array, Bools
+from station.physics.contact import Array, Bools, middle
 from station.physics.model import Model
 from station.simulators.planar.commands import Commands, tracks
 from station.simulators.planar.simulate import Chances, simulate
@@ -66,8 +66,12 @@ def slide_errors(evidence: Evidence, model: Model, runs: Bools, *, run_effects: 
 
 def _unbent(slide: SlideTrack, model: Model) -> Array:
     """Returns the poses (k, 3) without the shift that the model's camera effects add to their places."""
-    pose = slide.pose.copy()
-    pose[:, :2] -= model.seen(slide.view).mean(axis=1)
+    pose, view = slide.pose.copy(), slide.view
+    shift = model.seen(view)
+    # What the picture's shift seems to add to the block's motion displaces nothing.
+    gained = np.gradient(middle(shift), _seconds(slide.time_ns), axis=0)
+    shift = model.seen(view.of(view.point_m - shift).moving(view.velocity_m_s - gained, view.acceleration_m_s2))
+    pose[:, :2] -= middle(shift)
     return pose
 
 

@@ -1,8 +1,9 @@
 """Rolling shutter: the image's rows are exposed one after another, and a moving mark shears.
 
 The row of the optical axis is read f T later than the frame's stamp says, and a corner in a row that is read t later
-than that one, t = T (p − c)·down / image height, stands v t farther on, v its own velocity; T is the read-out time of
-an image that the tracking has not allowed for. Drivers differ in the row whose time they stamp: f is 1/2 for the first
+than that one, t = T (p − c)·down / image height, stands v t + a t² / 2 farther on, v and a its own velocity and
+acceleration; p is where the picture shows it (`Model.seen`), and T the read-out time of an image that the tracking has
+not allowed for. Drivers differ in the row whose time they stamp: f is 1/2 for the first
 row, as libcamera has it, 0 for the middle one and −1/2 for the last. T is negative in a picture that was turned after
 the read-out.
 """
@@ -10,8 +11,6 @@ the read-out.
 from __future__ import annotations
 
 from typing import ClassVar
-
-import numpy as np
 
 from station.physics.contact import Array, View
 from station.physics.effect import Effect, Family, Layer, Values
@@ -38,9 +37,11 @@ class RollingShutter(Effect):
         """Gives minus the time from the stamp to the row of the optical axis, s: the stamps are early by that."""
         return -values["axis_later"] * values["readout_s"]
 
+    def exposed_s(self, view: View, values: Values) -> Array | None:
+        """Gives by how much later (n, 4), s, than the row of the optical axis the corners' rows are read."""
+        return values["readout_s"] * ((view.point_m - view.image_centre_m) @ view.row_m) / view.image_size_m
+
     def seen(self, view: View, values: Values) -> Array | None:
-        """Gives the displacement (n, 4, 2), m, of the corners' images by the law of this module."""
-        late = values["readout_s"] * ((view.point_m - view.image_centre_m) @ view.row_m) / view.image_size_m
-        out = view.point_m - view.centre_m[:, None, :]
-        turning = view.yaw_rate_rad_s[:, None, None] * np.stack([-out[..., 1], out[..., 0]], axis=-1)
-        return late[..., None] * (view.velocity_m_s[:, None, :] + turning)
+        """Gives the displacement (n, 4, 2), m, of corners that are read in the rows where they are."""
+        late_s = self.exposed_s(view, values)
+        return None if late_s is None else view.later(late_s).point_m - view.point_m

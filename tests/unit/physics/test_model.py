@@ -114,6 +114,20 @@ def test_displacements_and_delays_add() -> None:
     assert both.delay_s() == 0.03
 
 
+def test_a_corner_is_seen_where_its_row_is_read() -> None:
+    """A lens shows it in another row, a millimetre on its way from the sum of both displacements."""
+    view = views(acceleration_m_s2=np.random.default_rng(3).normal(0.0, 3.0, (60, 2)))
+    both = model(rolling_shutter={"readout_s": 0.02}, lens_distortion={"k1": 0.1})
+    shown = view.point_m + both.seen(view)
+    late_s = 0.02 * ((shown - view.image_centre_m) @ view.row_m) / view.image_size_m
+    then = view.later(late_s)
+    np.testing.assert_allclose(shown, then.point_m + model(lens_distortion={"k1": 0.1}).seen(then), atol=2e-6)
+    each = [
+        model(**one).seen(view) for one in ({"rolling_shutter": {"readout_s": 0.02}}, {"lens_distortion": {"k1": 0.1}})
+    ]
+    assert np.abs(both.seen(view) - sum(each)).max() > 3e-4
+
+
 def test_only_terms_off_their_null_act() -> None:
     """A nominal term costs nothing."""
     nominal = model(wear={"fall": 0.0}, kinetic_drop={"drop": 0.1})
