@@ -161,7 +161,10 @@ class View:
         return _other(self, point_m=point_m)
 
     def moving(self, velocity_m_s: Array, acceleration_m_s2: Array | float) -> View:
-        """Returns the same view of a mark with other motion in P: (n, 2), m/s, and (n, 2) or one for all, m/s²."""
+        """Returns the same view of a mark that moves in P at `velocity_m_s` (n, 2), m/s, and otherwise gains speed.
+
+        `acceleration_m_s2` is (n, 2), m/s², or one for all.
+        """
         return _other(self, velocity_m_s=velocity_m_s, acceleration_m_s2=acceleration_m_s2)
 
     def later(self, late_s: Array) -> View:

@@ -68,7 +68,7 @@ def _unbent(slide: SlideTrack, model: Model) -> Array:
     """Returns the poses (k, 3) without the shift that the model's camera effects add to their places."""
     pose, view = slide.pose.copy(), slide.view
     shift = model.seen(view)
-    # What the picture's shift seems to add to the block's motion displaces nothing.
+    # The velocity that the picture's shift seems to add displaces nothing.
     gained = np.gradient(middle(shift), _seconds(slide.time_ns), axis=0)
     shift = model.seen(view.of(view.point_m - shift).moving(view.velocity_m_s - gained, view.acceleration_m_s2))
     pose[:, :2] -= middle(shift)
