@@ -21,9 +21,9 @@ from station.pages.page import whole_page
 
 _STYLE = "th, td { text-align: right; white-space: nowrap; } th:first-child, td:first-child { text-align: left; }"
 _TERMS = (
-    "θ is the angle of repose along the slide, |arcsin s_z| with s = R(t, α) s′; µ = tan θ. Runs that ended without a "
-    "slide are in no mean. Flagged samples are left out of the means and stay in samples.csv with the names of their "
-    "filters."
+    "θ is the angle of repose along the slide, |arcsin s_z| with s = R(t, α) s′; µ = tan θ. Censored samples, of "
+    "runs that ended without a slide, are in no mean. Flagged samples are left out of the means and stay in "
+    "samples.csv with the names of their filters."
 )
 _CLASS = {True: "finding", False: "said"}
 
@@ -80,9 +80,9 @@ def html_figure(pair: Pair, picture: Picture) -> str:
 
 
 def caption_of(kind: FigureKind, pair: Pair) -> Caption:
-    """The caption of a pair's figure, with the number of its slides."""
-    slides = int(np.count_nonzero(pair.flags.slid))
+    """The caption of a pair's figure, with the number of its samples."""
+    slid = int(np.count_nonzero(pair.flags.slid))
     kept = int(np.count_nonzero(pair.flags.kept))
     return Caption(
-        shows=kind.caption, count=f"{counted(slides)}, of which {kept} passed the filters", interval=kind.interval
+        shows=kind.caption, count=f"{counted(slid)} that slid, of which {kept} were kept", interval=kind.interval
     )

@@ -129,7 +129,7 @@ def _measured(paths: Sequence[Path], sessions: Sequence[Session], *, seed: int) 
         if measured := pair_of_slides(pair, rng=rng):
             found.append(measured)
         else:
-            refused.append(f"{pair.name} has no kept slide, so there is no friction to export.")
+            refused.append(f"{pair.name} has no kept sample, so there is no friction to export.")
     return found, refused
 
 
