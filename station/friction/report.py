@@ -8,6 +8,7 @@ from html import escape
 
 import numpy as np
 
+from shared.notes import note_line
 from station.friction.conclusions import Note, conclusions
 from station.friction.figures import FigureKind
 from station.friction.pairs import Pair
@@ -48,7 +49,7 @@ def html_report(
     samples = sum(len(result.pair.samples) for result in results)
     files = f"{len(sources)} files" if len(sources) > 1 else "1 file"
     lead = f"{samples} samples of {len(results)} surface pair{'s' * (len(results) > 1)} from {files}: "
-    parts = [pieces.paragraph(f"Note: {note}.") for note in notes]
+    parts = [pieces.paragraph(note_line(note)) for note in notes]
     parts += [html_table(table) for table in first]
     parts += [html_conclusions(result.pair.name, conclusions(result)) for result in results]
     parts += [html_table(table) for table in tables(results)]

@@ -22,6 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from shared.errors import UserError
+from shared.notes import note_line
 from shared.visible import visible
 from station.app import exported_model
 from station.app.analysing import notes_of
@@ -85,7 +86,7 @@ def run(options: argparse.Namespace) -> int:
         _tell_shared(pairs)
     for note in notes_of(sessions):
         print()
-        print_sentence(f"Note: {note}")
+        print_sentence(note_line(note))
     return 1 if refused else 0
 
 

@@ -55,8 +55,8 @@ function distanceOf(now) {
 
 function showSession(now) {
   byId("rig").textContent = `rig “${now.rig}”`;
-  byId("notes").textContent = now.notes.map((note) => `Note: ${note}.`).join(" ");
-  byId("notes").hidden = now.notes.length === 0;
+  byId("notes").textContent = now.note_lines.join(" ");
+  byId("notes").hidden = now.note_lines.length === 0;
   byId("state").textContent = phaseOf(now);
   byId("direction").textContent = directionOf(now);
   byId("tilt").textContent = now.tilt_deg === null ? "–" : `${now.tilt_deg.toFixed(2)}°`;
