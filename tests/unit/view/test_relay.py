@@ -1,4 +1,4 @@
-"""What stands between Rerun's page and the browser: the page without links that lead away, under a policy."""
+"""The relay between Rerun's page and the browser: the page without links that lead away, under a policy."""
 
 from __future__ import annotations
 
