@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass
 
-from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
+from rich.console import Console, RenderableType
 from rich.live import Live
-from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
 from shared.bus import Bus
+from station.app.display.barred import Barred
 from station.app.display.fitted import GAP, INNER, Fitted, Part
 from station.app.display.moment import Direction, Health, Moment
 from station.app.display.watched import LINES, Watched
@@ -20,8 +19,6 @@ from station.app.progress import duration_text
 
 REFRESH_HZ = 4
 """Drawings a second: as many as one can read; each takes some 5 ms."""
-_BAR = 20
-"""Columns of a bar."""
 _NAMES = 11
 """Columns of the names before the values: "block moved" is the longest."""
 
@@ -116,30 +113,16 @@ def _now(moment: Moment) -> list[tuple[int, str, RenderableType]]:
     ]
 
 
-@dataclass(frozen=True)
-class _Barred:
-    """A share as a bar and in words; in words alone where both have no room beside each other."""
-
-    total: float
-    done: float
-    words: str
-
-    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        row = Table.grid(padding=(0, 1))
-        row.add_row(ProgressBar(total=self.total, completed=min(self.done, self.total), width=_BAR), self.words)
-        yield row if _BAR + 1 + len(self.words) <= options.max_width else Text(self.words)
-
-
 def _progress(moment: Moment) -> RenderableType:
     left = "" if moment.left_s is None else f", about {duration_text(moment.left_s)} left"
     words = f"{moment.done} of {moment.total} in {duration_text(moment.passed_s)}{left}"
-    return _Barred(max(moment.total, 1), moment.done, words)
+    return Barred(max(moment.total, 1), moment.done, words)
 
 
 def _distance(moment: Moment) -> RenderableType:
     if moment.moved_px is None or moment.threshold_px is None:
         return Text("– (no reference)")
-    return _Barred(moment.threshold_px, moment.moved_px, _distance_text(moment))
+    return Barred(moment.threshold_px, moment.moved_px, _distance_text(moment))
 
 
 def _distance_text(moment: Moment) -> str:
