@@ -145,7 +145,7 @@ def _directions(found: tuple[Direction, ...]) -> RenderableType:
     return table if found else Text("no kept samples yet", style="dim")
 
 
-def _health(part: Health) -> tuple[RenderableType, RenderableType]:
+def _health(part: Health) -> tuple[Text, Text]:
     sign, style = ("–", "dim") if part.off else ("✓", "green") if part.well else ("!", "bold red")
     return Text(f"{sign} {part.part}", style=style), Text(part.text)
 
