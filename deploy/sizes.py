@@ -37,7 +37,7 @@ def main(wanted: list[str]) -> None:
 
 
 def known() -> list[str]:
-    """The extras that bring something."""
+    """Returns the extras that bring something."""
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
     return [name for name, wanted in extras.items() if wanted]
 

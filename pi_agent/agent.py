@@ -69,7 +69,7 @@ class Agent:
     # --- the camera's thread -----------------------------------------------------------------------------------------
 
     def _opened(self, info: CameraInfo) -> None:
-        """A camera that comes back as it was keeps its trackers, and so the corners' identity."""
+        """Takes the camera's facts; one that comes back as it was keeps its trackers, and so the corners' identity."""
         self._fresh = True
         self._dropped_before += self._dropped
         self._dropped = 0

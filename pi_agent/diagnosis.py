@@ -24,7 +24,7 @@ class Diagnosis:
         """One sentence, or empty."""
 
     def format_fault(self, image: Image) -> str:
-        """The reason why a frame cannot be tracked at all; empty when it can.
+        """Returns the reason why a frame cannot be tracked at all; empty when it can.
 
         An `image` (height, width) of 8-bit grey values can, if it has the size that the camera told.
         """
@@ -68,7 +68,7 @@ def light_fault(image: Image) -> str:
 
 
 def marker_fault(reason: str) -> str:
-    """The tracker's reason as advice."""
+    """Returns the tracker's reason as advice."""
     if reason == REPEATED:
         return "The camera is frozen: it gives the same picture again and again; unplug it, or start the agent again"
     if "two marks" in reason:

@@ -47,12 +47,12 @@ class FrameRing:
             self._count += 1
 
     def latest(self) -> KeptFrame | None:
-        """A copy of the newest frame."""
+        """Returns a copy of the newest frame."""
         with self._lock:
             return self._copy(self._count - 1) if self._count else None
 
     def next_after(self, stamp_ns: int) -> KeptFrame | None:
-        """A copy of the oldest kept frame that was captured after `stamp_ns`."""
+        """Returns a copy of the oldest kept frame that was captured after `stamp_ns`."""
         with self._lock:
             for number in range(max(self._count - self.capacity, 0), self._count):
                 corners = self._corners[number % self.capacity]
@@ -61,7 +61,7 @@ class FrameRing:
         return None
 
     def stamps(self) -> list[int]:
-        """The capture times of the kept frames, oldest first."""
+        """Returns the capture times of the kept frames, oldest first."""
         with self._lock:
             first = max(self._count - self.capacity, 0)
             kept = (self._corners[number % self.capacity] for number in range(first, self._count))

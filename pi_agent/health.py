@@ -27,19 +27,19 @@ class Watchdog:
         self._patted_s = float("-inf")
 
     def ready(self) -> None:
-        """The agent has begun its work."""
+        """Tells systemd that the agent has begun its work."""
         self._send("READY=1")
 
     def stopping(self) -> None:
-        """The agent is about to end."""
+        """Tells systemd that the agent is about to end."""
         self._send("STOPPING=1")
 
     def say(self, status: str) -> None:
-        """One line for `systemctl status`."""
+        """Sends one line for `systemctl status`."""
         self._send("STATUS=" + status.replace("\n", " "))
 
     def fresh_frame(self) -> None:
-        """A frame has come: pats the watchdog, five times within its limit."""
+        """Pats the watchdog when a frame has come, five times within its limit."""
         now_s = time.monotonic()
         if self._interval_s and now_s - self._patted_s >= self._interval_s:
             self._patted_s = now_s
@@ -59,7 +59,7 @@ class ProcessorMeter:
         self._wall_s, self._busy_s = time.monotonic(), time.process_time()
 
     def percent(self) -> float:
-        """The mean since the last call."""
+        """Returns the mean since the last call."""
         wall_s, busy_s = time.monotonic(), time.process_time()
         passed_s = wall_s - self._wall_s
         share = 100.0 * (busy_s - self._busy_s) / passed_s if passed_s > 0 else 0.0
@@ -68,7 +68,7 @@ class ProcessorMeter:
 
 
 def temperature_c(path: Path = THERMAL) -> float:
-    """The processor's temperature; NaN where the machine does not tell."""
+    """Returns the processor's temperature; NaN where the machine does not tell."""
     try:
         return 1e-3 * int(path.read_text())
     except (OSError, ValueError):

@@ -19,15 +19,15 @@ class Journal:
         self._send, self._clock = send, clock
 
     def info(self, text: str) -> None:
-        """Something that happened."""
+        """Logs something that happened."""
         self._write("info", text)
 
     def warning(self, text: str) -> None:
-        """Something that the measurement survives."""
+        """Logs something that the measurement survives."""
         self._write("warning", text)
 
     def error(self, text: str) -> None:
-        """Something that stops the measurement until it is mended."""
+        """Logs something that stops the measurement until it is mended."""
         self._write("error", text)
 
     def _write(self, level: str, text: str) -> None:

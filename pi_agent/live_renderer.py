@@ -68,7 +68,7 @@ class LiveRenderer:
         self._painted_for: list[Shift] = [(0.0, 0.0)] * len(self._coats)
 
     def render(self, pose: Pose | None, *, sag_px: Shift = (0.0, 0.0)) -> tuple[Image, Floats]:
-        """A new frame, its picture moved by (x, y), and the mark's true corners (4, 2; none without a pose)."""
+        """Returns a new frame, its picture moved by (x, y), and the mark's true corners (4, 2; none without a pose)."""
         self._paint_fiducials(sag_px)
         left, top = self._rim - round(sag_px[0]), self._rim - round(sag_px[1])
         wide = self._bank[int(self._rng.integers(BANK))]
@@ -81,7 +81,7 @@ class LiveRenderer:
         return frame, corners_px(self.scene, pose, sag_px=sag_px)
 
     def _wide_ground(self) -> Light:
-        """The plate's own light, a rim wider than the frame on every side."""
+        """Returns the plate's own light, a rim wider than the frame on every side."""
         rim = self._rim
         patch = Patch(-rim, -rim, FRAME_PX + 2 * rim, FRAME_PX + 2 * rim)
         ground = blur(plate_patch(self.scene.plate, patch, sag_px=(0.0, 0.0)), self.scene.optics.blur_px)
@@ -139,7 +139,7 @@ class LiveRenderer:
         self._expose_into(frame, light, patch)
 
     def _coats_near(self, patch: Patch) -> list[Coat]:
-        """The fiducials that the block's patch reaches: it is painted over them."""
+        """Returns the fiducials that the block's patch reaches: it is painted over them."""
         near: list[Coat] = []
         for coat, (fiducial, _) in zip(self._coats, self._painted, strict=True):
             apart_x = max(fiducial.left - patch.left - patch.width, patch.left - fiducial.left - fiducial.width)

@@ -10,7 +10,7 @@ FIDUCIAL_MARGIN = 0.25
 
 
 def block_mark(config: MarkConfig) -> Mark:
-    """The mark on the block."""
+    """Returns the mark on the block."""
     return Mark(
         side_mm=config.side_mm,
         aspect=config.aspect,
@@ -22,12 +22,12 @@ def block_mark(config: MarkConfig) -> Mark:
 
 
 def fiducial_mark(config: PlateConfig) -> Mark:
-    """The plain square with a white rim in each corner of the plate."""
+    """Returns the plain square with a white rim in each corner of the plate."""
     return Mark(side_mm=config.fiducial_side_mm, margin=FIDUCIAL_MARGIN)
 
 
 def fiducial_places_mm(config: PlateConfig) -> tuple[tuple[float, float], ...]:
-    """Centres of the four fiducials in the plate frame (mm, y up), clockwise as seen from the upper left one.
+    """Gives the centres of the four fiducials in the plate frame (mm, y up), clockwise as seen from the upper left one.
 
     The fiducial at place i is reported as marker i + 1; marker 0 is the block's.
     """

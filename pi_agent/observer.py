@@ -55,7 +55,7 @@ class Observer:
         )
 
     def _fiducial_trackers(self, known: Calibration) -> dict[int, Tracker]:
-        """A tracker for each fiducial that lies in the picture, by marker id."""
+        """Returns a tracker for each fiducial that lies in the picture, by marker id."""
         plate = self._rig.plate
         if plate.fiducial_side_mm <= 0 or self._rig.camera.plate_rate_hz <= 0:
             return {}
@@ -72,7 +72,7 @@ class Observer:
         return trackers
 
     def block(self, frame: Frame) -> MarkerCorners:
-        """The block's mark in a frame; one that is the one before again shows nothing."""
+        """Returns the block's mark in a frame; one that is the one before again shows nothing."""
         self.repeated = self._repeats.see(frame)
         if self.repeated:
             return self._nothing(frame)
@@ -81,7 +81,7 @@ class Observer:
         return self._message(seen, frame, marker_id=BLOCK)
 
     def plate(self, frame: Frame) -> list[MarkerCorners]:
-        """The fiducials whose turn it is: each comes `plate_rate_hz` times a second.
+        """Returns the fiducials whose turn it is: each comes `plate_rate_hz` times a second.
 
         They are looked at one after another, at most one in a frame if the rates allow, which spreads their cost.
         """

@@ -29,7 +29,7 @@ def add_board(parser: argparse.ArgumentParser) -> None:
 
 
 def rig_of(options: argparse.Namespace) -> RigConfig:
-    """The rig file with `--camera` in it; another driver starts from its own default options.
+    """Returns the rig file with `--camera` in it; another driver starts from its own default options.
 
     Raises:
         UserError: if the rig file is missing or wrong.

@@ -29,7 +29,7 @@ class Outbox:
             self.lost += 1
 
     def __len__(self) -> int:
-        """The number of messages that wait."""
+        """Returns the number of messages that wait."""
         return self._waiting.qsize()
 
     def run(self, stop: threading.Event) -> None:

@@ -46,11 +46,11 @@ class Preview:
         self._requests: list[FrameRequest] = []
 
     def attach(self, view: View) -> None:
-        """The camera was opened."""
+        """Takes the camera that was opened."""
         self._view = view
 
     def frame_came(self, capture_ns: int) -> None:
-        """Called for every frame after it was put into the ring: wakes the thread when there is something to do."""
+        """Wakes the thread when there is something to do; called for every frame after it was put into the ring."""
         if self._requests or (self._interval_ns and capture_ns >= self._due_ns):
             self._wake.set()
 
@@ -117,5 +117,5 @@ class Preview:
 
 
 def encode(image: Image, *, quality: int) -> bytes:
-    """A JPEG of the picture `image` (height, width), 8-bit grey values."""
+    """Returns a JPEG of the picture `image` (height, width), 8-bit grey values."""
     return cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()

@@ -65,24 +65,26 @@ class Mode:
         )
 
     def crop_for(self, size_px: tuple[int, int]) -> Rectangle:
-        """The largest rectangle in the middle of the mode's field of the picture's shape."""
+        """Returns the largest rectangle in the middle of the mode's field of the picture's shape."""
         left, top, width, height = self.crop_limits
         wide = min(width, height * size_px[0] // size_px[1])
         high = min(height, width * size_px[1] // size_px[0])
         return left + (width - wide) // 2, top + (height - high) // 2, wide, high
 
     def sharpness(self, size_px: tuple[int, int]) -> float:
-        """The mode's pixels per pixel of the picture, along one side; below 1 the picture is blown up."""
+        """Returns the mode's pixels per pixel of the picture, along one side; below 1 the picture is blown up."""
         return self.crop_for(size_px)[2] * self.size[0] / self.crop_limits[2] / size_px[0]
 
     def rows_of(self, crop: Rectangle) -> tuple[float, float]:
-        """The mode's rows above a crop, and in it."""
+        """Returns the mode's rows above a crop, and in it."""
         scale = self.size[1] / self.crop_limits[3]
         return (crop[1] - self.crop_limits[1]) * scale, crop[3] * scale
 
 
 def choose_mode(modes: Sequence[Mode], *, size_px: tuple[int, int], rate_hz: float) -> Mode:
-    """The mode for a picture: not blown up, fast enough, then the widest field, the most pixels, the fastest readout.
+    """Returns the mode for a picture.
+
+    It is not blown up and fast enough, then has the widest field, the most pixels, the fastest readout.
 
     Fast readout keeps a rolling shutter's rows close in time; what it costs in bits lies below the light's own noise.
     When none is fast enough the fastest is taken, and the true rate is said; when none is large enough the largest.
@@ -105,7 +107,7 @@ def choose_mode(modes: Sequence[Mode], *, size_px: tuple[int, int], rate_hz: flo
 def row_time_ns(
     model: str, mode: Mode, crop: Rectangle, *, picture_rows: int, configured_us: float = 0.0
 ) -> float | None:
-    """The time from one row of the picture to the next; 0 for a global shutter, None when nobody knows.
+    """Returns the time from one row of the picture to the next; 0 for a global shutter, None when nobody knows.
 
     `configured_us`: the time of one row of the mode if the user knows it.
     """
@@ -122,7 +124,7 @@ def row_time_ns(
 
 
 def shutter_of(model: str) -> Literal["global", "rolling", "unknown"]:
-    """The kind of shutter of a sensor."""
+    """Returns the kind of shutter of a sensor."""
     sensor = _sensor(model)
     return sensor.shutter if sensor else "unknown"
 

@@ -94,7 +94,7 @@ class SyntheticView:
         self._renderer = LiveRenderer(seen, rng=rng, reach_px=abs(settings.sag_px))
 
     def frame(self, scene: TwinScene, capture_ns: int, *, before: Scenes = ()) -> Image:
-        """The picture (600, 600) uint8 whose middle row is exposed about `capture_ns`.
+        """Returns the picture (600, 600) uint8 whose middle row is exposed about `capture_ns`.
 
         The block moves on from `scene` as it came there from the scenes `before`, the last one last: two of them tell
         its velocity and the gain of it, one its velocity, none lets it stand still.
@@ -102,12 +102,12 @@ class SyntheticView:
         return self.frame_and_corners(scene, capture_ns, before=before)[0]
 
     def frame_and_corners(self, scene: TwinScene, capture_ns: int, *, before: Scenes = ()) -> tuple[Image, np.ndarray]:
-        """The picture and the mark's true corners (4, 2) in it, for tests."""
+        """Returns the picture and the mark's true corners (4, 2) in it, for tests."""
         pose = seen_pose(scene, capture_ns, before=before, block_height_m=self._height_m)
         return self._renderer.render(pose, sag_px=self._sag_of(scene))
 
     def _sag_of(self, scene: TwinScene) -> tuple[float, float]:
-        """The picture's shift: the camera sinks along gravity, so what it sees moves the other way."""
+        """Returns the picture's shift: the camera sinks along gravity, so what it sees moves the other way."""
         if self._sag_px == 0.0:
             return 0.0, 0.0
         down = -matrix_from_quaternion((scene.qw, scene.qx, scene.qy, scene.qz))[2]
@@ -115,7 +115,7 @@ class SyntheticView:
 
 
 def seen_pose(scene: TwinScene, capture_ns: int, *, before: Scenes = (), block_height_m: float) -> Pose | None:
-    """The mark's pose for the renderer (y down, mm) at `capture_ns`; None when the block shows no mark."""
+    """Returns the mark's pose for the renderer (y down, mm) at `capture_ns`; None when the block shows no mark."""
     here = _mark_of(scene, block_height_m)
     if here is None:
         return None
@@ -139,7 +139,7 @@ def seen_pose(scene: TwinScene, capture_ns: int, *, before: Scenes = (), block_h
 
 
 def _velocity(before: TwinScene, scene: TwinScene, block_height_m: float) -> Floats | None:
-    """The mark's velocity from one scene to the next: mm/s and rad/s (3,); None where it was not seen in both."""
+    """Gives the mark's velocity from one scene to the next: mm/s and rad/s (3,); None where it was not seen in both."""
     step_ns = scene.stamp_ns - before.stamp_ns
     last, here = _mark_of(before, block_height_m), _mark_of(scene, block_height_m)
     if last is None or here is None or not 0 < step_ns <= LONGEST_STEP_NS:
@@ -151,7 +151,7 @@ def _velocity(before: TwinScene, scene: TwinScene, block_height_m: float) -> Flo
 
 
 def _moves_s(velocity: complex, gain: complex) -> tuple[float, float]:
-    """The times between which a block moves: since it began to, or until it has lost its speed, but not back."""
+    """Gives the times between which a block moves: since it began to, or until it has lost its speed, but not back."""
     if gain == 0.0:
         return -math.inf, math.inf
     along = (velocity.conjugate() * gain).real
@@ -160,7 +160,7 @@ def _moves_s(velocity: complex, gain: complex) -> tuple[float, float]:
 
 
 def _mark_of(scene: TwinScene, block_height_m: float) -> tuple[float, float, float, float, float] | None:
-    """x, y (mm), yaw, lean and the axis of the lean (rad) of the mark on top of the block, in the renderer's frame."""
+    """Returns x, y (mm), yaw, lean and the axis of the lean (rad) of the mark on the block, in the renderer's frame."""
     attitude = (scene.block_qw, scene.block_qx, scene.block_qy, scene.block_qz)
     normal = matrix_from_quaternion(attitude)[:, 2]
     tip_rad = math.atan2(math.hypot(normal[0], normal[1]), normal[2])
@@ -192,7 +192,7 @@ def _info(rig: RigConfig, options: SyntheticOptions) -> CameraInfo:
 
 
 def _white_noise(options: SyntheticOptions) -> float:
-    """Deviation of a white pixel, in grey levels: photons and reading."""
+    """Returns the deviation of a white pixel, in grey levels: photons and reading."""
     return 255.0 * math.hypot(math.sqrt(options.full_scale_e), options.read_noise_e) / options.full_scale_e
 
 

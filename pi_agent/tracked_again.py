@@ -34,7 +34,9 @@ class PictureTracker:
         self._capture_ns = 0
 
     def corners(self, picture: bytes, *, like: MarkerCorners) -> MarkerCorners | None:
-        """The block's corners in the picture that `like` was seen in; None if it is no picture of the rig's camera.
+        """Returns the block's corners in the picture that `like` was seen in.
+
+        It is None if it is no picture of the rig's camera.
 
         Only the capture time, the exposure and the times of the rows are taken from `like`.
         """
@@ -69,7 +71,7 @@ def _calibration(text: str) -> Calibration:
 
 
 def _line_ns(like: MarkerCorners) -> float:
-    """The time from row to row, by which the mark's corners were exposed one after another."""
+    """Returns the time from row to row, by which the mark's corners were exposed one after another."""
     if not like.corner_dt_ns:
         return 0.0
     rows = np.array(like.corners_px[1::2])

@@ -70,7 +70,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def ending(*, one: str, example: str, stopped: str = "") -> str:
-    """The end of a command's help: its exit statuses and an example.
+    """Returns the end of a command's help: its exit statuses and an example.
 
     `one` says what 1 means (empty: there is none), `stopped` what Ctrl-C gives where that is not 130.
     """
@@ -80,6 +80,6 @@ def ending(*, one: str, example: str, stopped: str = "") -> str:
 
 
 def nearest(word: str, known: Iterable[str], *, most: int = 1) -> str:
-    """The question whether one of the nearest known words, `most` at most, was meant; empty if none is near."""
+    """Returns the question whether one of the nearest known words, `most` at most, was meant; empty if none is near."""
     near = difflib.get_close_matches(word, list(known), n=most)
     return f"; did you mean {', '.join(near)}?" if near else ""

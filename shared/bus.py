@@ -104,7 +104,7 @@ class Bus(Protocol):
         ...
 
     def carries(self, topic: str) -> bool:
-        """True if a message of that topic may reach anybody; otherwise it need not be made."""
+        """Returns true if a message of that topic may reach anybody; otherwise it need not be made."""
         ...
 
     def subscribe(
@@ -128,7 +128,7 @@ class Bus(Protocol):
         ...
 
     def alive(self) -> frozenset[str]:
-        """The names of the processes that are alive."""
+        """Returns the names of the processes that are alive."""
         ...
 
     def poll(self, timeout_s: float = 0.0) -> int:

@@ -25,7 +25,7 @@ RIGHTS = "rights.toml"
 def tls_settings(
     endpoints: Sequence[str], *, rig_id: str = "", process: str = "", environment: Mapping[str, str] = os.environ
 ) -> dict[str, Any]:
-    """Zenoh's settings for these endpoints and this process of the rig; empty when none of them is encrypted.
+    """Returns Zenoh's settings for these endpoints and this process of the rig; empty when none of them is encrypted.
 
     Raises:
         UserError: if one is and the keys are missing, or others than their owner may read the private one.
@@ -48,14 +48,17 @@ def tls_settings(
 def keys_in_use(
     endpoints: Sequence[str], *, process: str = "", environment: Mapping[str, str] = os.environ
 ) -> Path | None:
-    """The folder of the keys with which a process speaks on these endpoints; None if none is encrypted."""
+    """Returns the folder of the keys with which a process speaks on these endpoints; None if none is encrypted."""
     if not any(endpoint.startswith(("tls/", "quic/")) for endpoint in endpoints):
         return None
     return own_keys(Path(environment.get(VARIABLE, "") or "keys").resolve(), process)
 
 
 def own_keys(folder: Path, process: str) -> Path:
-    """The process's own folder among the keys of a rig; `folder` itself where it holds the keys of one process."""
+    """Returns the process's own folder among the keys of a rig.
+
+    It is `folder` itself where that holds the keys of one process.
+    """
     return folder / process if process and (folder / process).is_dir() else folder
 
 
@@ -73,7 +76,7 @@ def _rights(file: Path, rig_id: str) -> dict[str, Any]:
 
 
 def members_in(file: Path, rig_id: str) -> dict[str, list[str]]:
-    """Whose certificates count as which process's, by role, from rights.toml.
+    """Returns whose certificates count as which process's, by role, from rights.toml.
 
     Raises:
         UserError: if the file is of another rig, or says something else.

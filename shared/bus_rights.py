@@ -30,7 +30,7 @@ _CACHE = "@adv/**"
 
 
 def access_control(rig_id: str, members: Members) -> dict[str, Any]:
-    """Zenoh's settings `access_control` of every process of the rig."""
+    """Returns Zenoh's settings `access_control` of every process of the rig."""
     prefix = f"repose/{rig_id}"
     able = {role: tuple(names) for role, names in members.items() if names}
     rules = [
@@ -68,7 +68,7 @@ def _own_rules(role: str, prefix: str) -> list[dict[str, Any]]:
 
 
 def sent_by(role: str) -> list[str]:
-    """The topics that a role may send; `angle/*` stands for every angle sensor's."""
+    """Returns the topics that a role may send; `angle/*` stands for every angle sensor's."""
     return [*(name for name, topic in TOPICS.items() if topic.sender in (role, "any")), f"{ANGLE_PREFIX}*"]
 
 

@@ -75,7 +75,7 @@ class BusWatch:
             self._beyond(role, f"ask {service}")
 
     def look(self, *, alive: bool) -> None:
-        """Said if this process has waited long enough for others that nothing can be heard of."""
+        """Says so once this process has waited long for others and nothing can be heard of them."""
         if not self.connect or alive or time.monotonic() < self.begun_s + PATIENCE_S:
             return
         with self._lock:
@@ -106,7 +106,9 @@ class BusWatch:
 
 
 def common_name(folder: Path) -> str:
-    """The name in the certificate of a folder of keys, checked as another process would: by a handshake with itself.
+    """Returns the name in the certificate of a folder of keys, checked as another process would.
+
+    The check is a handshake with itself.
 
     Raises:
         ssl.SSLError: if it is expired, or not signed by the authority in the folder.

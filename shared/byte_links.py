@@ -43,7 +43,7 @@ class UdpLink:
         self._socket.setblocking(False)
 
     def read(self) -> bytes:
-        """See `ByteLink.read`: all datagrams that wait, joined."""
+        """Returns all datagrams that wait, joined; nothing if there are none."""
         parts: list[bytes] = []
         with contextlib.suppress(BlockingIOError):
             while sum(map(len, parts)) < _MOST:
@@ -52,13 +52,13 @@ class UdpLink:
         return b"".join(parts)
 
     def write(self, data: bytes) -> None:
-        """See `ByteLink.write`; nothing is sent before somebody has spoken."""
+        """Sends a datagram to whoever spoke last; nothing is sent before somebody has spoken."""
         if self._peer is not None:
             with contextlib.suppress(BlockingIOError, ConnectionRefusedError):
                 self._socket.sendto(data, self._peer)
 
     def close(self) -> None:
-        """See `ByteLink.close`."""
+        """Closes the socket."""
         self._socket.close()
 
 
@@ -69,16 +69,16 @@ class SerialLink:
         self._serial = serial.serial_for_url(port, baudrate=baud, timeout=0, write_timeout=0.5)
 
     def read(self) -> bytes:
-        """See `ByteLink.read`."""
+        """Returns the bytes that the port has received, without waiting for more."""
         data: bytes = self._serial.read(min(max(self._serial.in_waiting, 1), _MOST))
         return data
 
     def write(self, data: bytes) -> None:
-        """See `ByteLink.write`."""
+        """Sends the bytes; raises an OSError if the port does not take them within half a second."""
         self._serial.write(data)
 
     def close(self) -> None:
-        """See `ByteLink.close`."""
+        """Closes the port."""
         self._serial.close()
 
 

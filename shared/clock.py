@@ -10,7 +10,7 @@ class Clock(Protocol):
     """Tells the time in nanoseconds since the epoch."""
 
     def now_ns(self) -> int:
-        """Nanoseconds since the epoch."""
+        """Returns nanoseconds since the epoch."""
         ...
 
 
@@ -18,7 +18,10 @@ LOOKS = 9
 
 
 def _epoch_ns() -> int:
-    """The time at which the monotonic clock was 0; of several tries the least interrupted, quickest one counts."""
+    """Returns the time at which the monotonic clock was 0.
+
+    Of several tries, the quickest one counts, which was least interrupted.
+    """
     looks: list[tuple[int, int]] = []
     for _ in range(LOOKS):
         before, now, after = time.perf_counter_ns(), time.time_ns(), time.perf_counter_ns()
@@ -37,11 +40,11 @@ class SystemClock:
         self._epoch_ns = _epoch_ns()
 
     def now_ns(self) -> int:
-        """Nanoseconds since the epoch."""
+        """Returns nanoseconds since the epoch."""
         return self._epoch_ns + time.perf_counter_ns()
 
     def from_monotonic_ns(self, monotonic_ns: int) -> int:
-        """The time on this clock of a CLOCK_MONOTONIC stamp, which camera sensors give."""
+        """Returns the time on this clock of a CLOCK_MONOTONIC stamp, which camera sensors give."""
         return self._epoch_ns + monotonic_ns
 
 
@@ -56,7 +59,7 @@ class SimulatedClock:
         self._now_ns = start_ns
 
     def now_ns(self) -> int:
-        """Nanoseconds since the epoch."""
+        """Returns nanoseconds since the epoch."""
         return self._now_ns
 
     def advance_to(self, now_ns: int) -> None:

@@ -39,14 +39,14 @@ class Table:
     own: bool = False
 
     def error(self, key: str, expected: str, got: str) -> UserError:
-        """The error that names file, line and key."""
+        """Returns the error that names file, line and key."""
         line = _line_of(self.text, (*self.path, key))
         where = f"{self.file}, line {line}" if line else self.file
         name = ".".join((*self.path, key))
         return UserError(f"{where}: expected {expected} for '{name}', got {got}")
 
     def child(self, key: str) -> Table:
-        """The table under `key` (empty if there is none)."""
+        """Returns the table under `key` (empty if there is none)."""
         value = self.values.get(key, {})
         if not isinstance(value, dict):
             raise self.error(key, "a table", repr(value))
@@ -54,7 +54,7 @@ class Table:
 
 
 def table_of(text: str | bytes, where: str) -> Table:
-    """The table in a TOML text; `where` names it in errors. A stranger may have written it.
+    """Returns the table in a TOML text; `where` names it in errors. A stranger may have written it.
 
     Raises:
         UserError: if it is not TOML, or so long or so deep that no file of a person is.
@@ -68,7 +68,7 @@ def table_of(text: str | bytes, where: str) -> Table:
 
 
 def json_table(text: str, where: str) -> Table:
-    """The object in a JSON text as a table; `where` names it in errors. A stranger may have written it.
+    """Returns the object in a JSON text as a table; `where` names it in errors. A stranger may have written it.
 
     Raises:
         UserError: if it is not JSON, no object, or so long or so deep that no program of ours writes it.
@@ -89,7 +89,7 @@ def _require_short(text: str | bytes) -> None:
 
 
 def _shallow(values: dict[str, Any]) -> dict[str, Any]:
-    """The values, unless they are nested so deeply that those who read them would recurse without end.
+    """Returns the values, unless they are nested so deeply that those who read them would recurse without end.
 
     Raises:
         ValueError: if they are.
@@ -119,7 +119,7 @@ def load_table(path: Path) -> Table:
 
 
 def own_folders(table: Table, key: str, names: Iterable[str]) -> tuple[Path, ...]:
-    """The folders that a key of the user's own file names, relative to that file.
+    """Returns the folders that a key of the user's own file names, relative to that file.
 
     Raises:
         UserError: for folders that no file on disk names, such as those of a rig inside a recording: a stranger wrote
@@ -183,7 +183,7 @@ def _convert(hint: Any, table: Table, key: str, *, secret: bool) -> Any:
 
 
 def _as(hint: Any, value: Any) -> Any:
-    """The value as `hint`, or None if it is not one (TOML has no null, so None is free)."""
+    """Returns the value as `hint`, or None if it is not one (TOML has no null, so None is free)."""
     origin, arguments = get_origin(hint), get_args(hint)
     if origin in (Union, types.UnionType):
         found = (_as(option, value) for option in arguments if option is not type(None))
@@ -227,7 +227,7 @@ def _describe(hint: Any) -> str:
 
 
 def _line_of(text: str, path: tuple[str, ...]) -> int:
-    """The line of a key, 1-based, or else of its table's header; 0 if neither is found."""
+    """Returns the line of a key, 1-based, or else of its table's header; 0 if neither is found."""
     *table, key = path
     current: list[str] = []
     header_line = 0

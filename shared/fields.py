@@ -29,7 +29,10 @@ class Slot:
 
 @cache
 def slots(cls: type[Message]) -> tuple[Slot, ...]:
-    """The fields of a class in its own order; the number of a field is its position, unless its metadata says other."""
+    """Returns the fields of a class in its own order.
+
+    The number of a field is its position, unless its metadata says other.
+    """
     hints = get_type_hints(cls)
     return tuple(_slot(spec, position, hints[spec.name]) for position, spec in enumerate(fields(cls), start=1))
 

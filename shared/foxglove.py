@@ -15,7 +15,10 @@ from shared.possible import counted, finite
 
 
 def numbered(number: int, default: Any, kind: str = "") -> Any:
-    """A field with its published number; `kind` is protobuf's name of its type where the default does not tell it."""
+    """Returns a field with its published number.
+
+    `kind` is protobuf's name of its type where the default does not tell it.
+    """
     return field(default=default, metadata={"number": number, "kind": kind})
 
 
@@ -29,7 +32,7 @@ class Timestamp(Message):
 
     @staticmethod
     def from_ns(stamp_ns: int) -> Timestamp:
-        """The timestamp of nanoseconds since the epoch."""
+        """Returns the timestamp of nanoseconds since the epoch."""
         seconds, nanos = divmod(stamp_ns, 1_000_000_000)
         return Timestamp(seconds, nanos)
 
@@ -92,7 +95,7 @@ class CompressedImage(FoxgloveMessage):
     format: str = numbered(3, "jpeg")
 
     def impossible(self) -> str:
-        """See `Message.impossible`."""
+        """Names a picture that is too large to be unpacked."""
         return too_large(self.data)
 
 
@@ -111,7 +114,10 @@ class CameraCalibration(FoxgloveMessage):
     P: Floats = numbered(8, ())
 
     def impossible(self) -> str:
-        """See `Message.impossible`; D is OpenCV's k1, k2, p1, p2 and, if given, k3, in units of K's focal lengths."""
+        """Names a wrong count in K or D, a number that is not finite, and a distortion without a focal length.
+
+        D is OpenCV's k1, k2, p1, p2 and, if given, k3, in units of K's focal lengths.
+        """
         wrong = counted("K", self.K, 0, 9) or counted("D", self.D, 0, 4, 5) or finite("K and D", (*self.K, *self.D))
         if not wrong and any(self.D) and not (self.K and self.K[0] and self.K[4]):
             wrong = f"{self.K} as K, without a focal length for its distortion D"

@@ -52,7 +52,7 @@ _POINT_FIELDS = (
 def transform(
     *, parent: str, child: str, xyz_m: Sequence[float], quaternion_wxyz: Sequence[float], stamp_ns: int
 ) -> foxglove.FrameTransform:
-    """The pose parent_from_child as a message; translation and rotation are always set."""
+    """Returns the pose parent_from_child as a message; translation and rotation are always set."""
     x, y, z = xyz_m
     qw, qx, qy, qz = quaternion_wxyz
     return foxglove.FrameTransform(
@@ -65,7 +65,7 @@ def transform(
 
 
 def plate_origin(state: PlatformState, *, pivot_above_plate_m: float = 0.0) -> tuple[float, float, float]:
-    """The plate's centre in the world, metres: the pivot is `pivot_above_plate_m` along the plate's normal."""
+    """Returns the plate's centre in the world, metres: the pivot is `pivot_above_plate_m` along the plate's normal."""
     w, x, y, z = state.qw, state.qx, state.qy, state.qz
     normal = (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y))
     height = pivot_above_plate_m
@@ -73,7 +73,7 @@ def plate_origin(state: PlatformState, *, pivot_above_plate_m: float = 0.0) -> t
 
 
 def platform_transform(state: PlatformState, *, pivot_above_plate_m: float = 0.0) -> foxglove.FrameTransform:
-    """The transform world > platform from the arm's own account of it."""
+    """Returns the transform world > platform from the arm's own account of it."""
     return transform(
         parent=WORLD,
         child=PLATFORM,
@@ -84,7 +84,7 @@ def platform_transform(state: PlatformState, *, pivot_above_plate_m: float = 0.0
 
 
 def pinhole_of(geometry: CameraGeometry) -> Array:
-    """K (3, 3) of a camera that looks straight down at the plate, for rigs without measured intrinsics.
+    """Returns K (3, 3) of a camera that looks straight down at the plate, for rigs without measured intrinsics.
 
     The focal length is the pinhole's height times the pixels per metre, the principal point the pixel at the camera's
     foot.
@@ -97,7 +97,7 @@ def pinhole_of(geometry: CameraGeometry) -> Array:
 
 
 def camera_pose(geometry: CameraGeometry, *, K: ArrayLike) -> tuple[Array, Array]:
-    """The pose platform_from_camera: rotation (3, 3) and the pinhole's place (3,) in the plate frame, metres.
+    """Returns the pose platform_from_camera: rotation (3, 3) and the pinhole's place (3,) in the plate frame, metres.
 
     With pixel_from_plate ~ K [r1 r2 t] (Zhang 2000, section 2), r1 and r2 made orthonormal by singular values.
     """
@@ -114,7 +114,10 @@ def camera_transform(
     K: ArrayLike | None = None,
     stamp_ns: int | None = None,
 ) -> foxglove.FrameTransform:
-    """The transform platform > camera; without K (3, 3) the camera is taken to look straight down (`pinhole_of`)."""
+    """Returns the transform platform > camera.
+
+    Without K (3, 3) the camera is taken to look straight down (`pinhole_of`).
+    """
     rotation, place = camera_pose(geometry, K=pinhole_of(geometry) if K is None else K)
     return transform(
         parent=PLATFORM,
@@ -128,7 +131,7 @@ def camera_transform(
 def block_transform(
     *, x_m: float, y_m: float, yaw_rad: float, height_m: float, stamp_ns: int
 ) -> foxglove.FrameTransform:
-    """The transform platform > block for a block of `height_m` that stands on the plate."""
+    """Returns the transform platform > block for a block of `height_m` that stands on the plate."""
     return transform(
         parent=PLATFORM,
         child=BLOCK,
@@ -147,7 +150,7 @@ def seen(
     pivot_above_plate_m: float,
     block_height_m: float,
 ) -> foxglove.FrameTransforms:
-    """The message of topic `tf`, from the last known state of arm, camera and block, as far as it is known."""
+    """Returns the message of topic `tf`, from the last known state of arm, camera and block, as far as it is known."""
     transforms: list[foxglove.FrameTransform] = []
     geometry = geometry and geometry.if_calibrated()
     if attitude is not None:
@@ -168,14 +171,14 @@ _PLACED = attrgetter("plate_from_pixel", "camera_x_m", "camera_y_m", "camera_hei
 
 @lru_cache(maxsize=4)
 def _view_of(plate_from_pixel: tuple[float, ...], x_m: float, y_m: float, height_m: float) -> foxglove.FrameTransform:
-    """The camera's view, computed anew only when the calibration changes, which it rarely does in a session."""
+    """Returns the camera's view, computed anew only when the calibration changes, which it rarely does in a session."""
     return camera_transform(
         CameraGeometry(plate_from_pixel=plate_from_pixel, camera_x_m=x_m, camera_y_m=y_m, camera_height_m=height_m)
     )
 
 
 def block_pose_transform(pose: BlockPose) -> foxglove.FrameTransform:
-    """The transform platform > block as another tracker saw it; its z is that of the block's middle."""
+    """Returns the transform platform > block as another tracker saw it; its z is that of the block's middle."""
     return transform(
         parent=PLATFORM,
         child=BLOCK,
@@ -186,7 +189,7 @@ def block_pose_transform(pose: BlockPose) -> foxglove.FrameTransform:
 
 
 def tf(*transforms: foxglove.FrameTransform) -> foxglove.FrameTransforms:
-    """The message of topic `tf`."""
+    """Returns the message of topic `tf`."""
     return foxglove.FrameTransforms(transforms=transforms)
 
 
@@ -198,7 +201,7 @@ def calibration(
     distortion: Sequence[float] = (),
     stamp_ns: int,
 ) -> foxglove.CameraCalibration:
-    """The message `camera/calibration`; K is (3, 3); `distortion` is OpenCV's k1 k2 p1 p2 k3, empty for none."""
+    """Gives the message `camera/calibration`; K is (3, 3); `distortion` is OpenCV's k1 k2 p1 p2 k3, empty for none."""
     k = np.reshape(np.asarray(K, dtype=float), (3, 3))
     return foxglove.CameraCalibration(
         timestamp=foxglove.Timestamp.from_ns(stamp_ns),
@@ -214,7 +217,7 @@ def calibration(
 
 
 def image(data: bytes, *, stamp_ns: int, encoding: str = "jpeg") -> foxglove.CompressedImage:
-    """The message of topic `camera/image`."""
+    """Returns the message of topic `camera/image`."""
     return foxglove.CompressedImage(
         timestamp=foxglove.Timestamp.from_ns(stamp_ns), frame_id=CAMERA, data=data, format=encoding
     )
@@ -228,7 +231,7 @@ def overlay(
     stamp_ns: int,
     rgba: tuple[int, int, int, int] = OVERLAY_RGBA,
 ) -> foxglove.PointCloud:
-    """The message of topic `camera/image/overlay`: marks of four pixels each (4n, 2) on the plane at `depth_m`.
+    """Returns the message of topic `camera/image/overlay`: marks of four pixels each (4n, 2) on the plane at `depth_m`.
 
     The first 4n points are the corners; dots along the sides follow, because viewers draw points so small that four
     of them would be overlooked. They are put there with K alone, because viewers show the image as it was taken, with
@@ -252,6 +255,6 @@ def overlay(
 
 
 def _dots_along(marks: Array) -> Array:
-    """Points (m, 2) along the sides of quadrilaterals (n, 4, 2)."""
+    """Returns points (m, 2) along the sides of quadrilaterals (n, 4, 2)."""
     share = np.arange(1, _DOTS_A_SIDE + 1)[:, None, None, None] / (_DOTS_A_SIDE + 1)
     return (marks + share * (np.roll(marks, -1, axis=1) - marks)).reshape(-1, 2)

@@ -23,7 +23,7 @@ _UNDISTORT_ROUNDS = 12
 
 
 def quaternion_from_matrix(rotation: Array) -> Quaternion:
-    """The unit quaternion (w ≥ 0) of a rotation matrix (3, 3), by Shepperd's method: stable at every angle."""
+    """Returns the unit quaternion (w ≥ 0) of a rotation matrix (3, 3), by Shepperd's method: stable at every angle."""
     m = rotation
     choices = np.array([m[0, 0] + m[1, 1] + m[2, 2], m[0, 0], m[1, 1], m[2, 2]])
     largest = int(np.argmax(choices))
@@ -42,7 +42,7 @@ def quaternion_from_matrix(rotation: Array) -> Quaternion:
 
 
 def matrix_from_quaternion(q: ArrayLike) -> Array:
-    """The rotation matrix (3, 3) of a quaternion, which need not be normalised."""
+    """Returns the rotation matrix (3, 3) of a quaternion, which need not be normalised."""
     w, x, y, z = np.asarray(q, dtype=float) / np.linalg.norm(q)
     return np.array(
         [
@@ -54,7 +54,7 @@ def matrix_from_quaternion(q: ArrayLike) -> Array:
 
 
 def tilt_of(qw: float, qx: float, qy: float, qz: float) -> float:
-    """Angle in radians between the plate's normal and the world's up, from world_from_plate."""
+    """Returns the angle in radians between the plate's normal and the world's up, from world_from_plate."""
     # z of the normal is 1 − 2 (x² + y²); the half-angle form keeps its accuracy near level, where arccos loses it.
     # The square of a number below 1e-162 is zero; nothing else lets the root be.
     norm = math.sqrt(qw * qw + qx * qx + qy * qy + qz * qz) or math.hypot(qw, qx, qy, qz)
@@ -62,14 +62,14 @@ def tilt_of(qw: float, qx: float, qy: float, qz: float) -> float:
 
 
 def downhill_of(qw: float, qx: float, qy: float, qz: float) -> tuple[float, float]:
-    """Unit vector in the plate (plate frame) that points down the steepest line; (0, 0) when level."""
+    """Returns the unit vector in the plate (plate frame) that points down the steepest line; (0, 0) when level."""
     down_x, down_y = -2.0 * (qx * qz - qw * qy), -2.0 * (qy * qz + qw * qx)
     length = math.hypot(down_x, down_y)
     return (down_x / length, down_y / length) if length > 1e-9 else (0.0, 0.0)
 
 
 def euler_of(qw: float, qx: float, qy: float, qz: float) -> tuple[float, float, float]:
-    """Roll, pitch and yaw (rad) with world_from_plate = Rz(yaw) Ry(pitch) Rx(roll), as ROS and the paper use them."""
+    """Returns roll, pitch and yaw (rad) with world_from_plate = Rz(yaw) Ry(pitch) Rx(roll), as ROS and the paper do."""
     roll = math.atan2(2 * (qw * qx + qy * qz), 1 - 2 * (qx * qx + qy * qy))
     pitch = math.asin(max(-1.0, min(1.0, 2 * (qw * qy - qz * qx))))
     yaw = math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))
@@ -77,13 +77,13 @@ def euler_of(qw: float, qx: float, qy: float, qz: float) -> tuple[float, float, 
 
 
 def plate_from_pixel(*, px_per_m: float, centre_px: tuple[float, float]) -> Array:
-    """The homography (3, 3) of a camera that looks straight down: metres in the plate frame from pixels."""
+    """Returns the homography (3, 3) of a camera that looks straight down: metres in the plate frame from pixels."""
     scale = 1.0 / px_per_m
     return np.array([[scale, 0.0, -scale * centre_px[0]], [0.0, -scale, scale * centre_px[1]], [0.0, 0.0, 1.0]])
 
 
 def undistort(points_px: ArrayLike, *, intrinsics: ArrayLike, distortion: Sequence[float]) -> Array:
-    """The pixels (n, 2) at which the same camera without its lens's distortion would see points (n, 2).
+    """Returns the pixels (n, 2) at which the same camera without its lens's distortion would see points (n, 2).
 
     OpenCV's model with k1, k2, p1, p2, k3 (as many as are given) is inverted by fixed-point iteration, which converges
     for the mild distortion of such lenses to below 0.001 px.
@@ -118,12 +118,12 @@ def apply_homography(homography: Array, points: ArrayLike) -> Array:
 
 
 def mark_scale(geometry: CameraGeometry) -> float:
-    """Ratio of the picture's scale, m a pixel, at the mark's height to that on the plate, by a camera above it."""
+    """Returns the ratio of the picture's scale, m a pixel, at the mark's height to that on the plate, from above."""
     return 1.0 - geometry.mark_height_m / geometry.camera_height_m if geometry.mark_height_m else 1.0
 
 
 def corners_on_plate(corners_px: ArrayLike, geometry: CameraGeometry) -> Array:
-    """Plate coordinates (n, 2) in metres of points of the mark, seen at n pixels (n, 2).
+    """Returns plate coordinates (n, 2) in metres of points of the mark, seen at n pixels (n, 2).
 
     A ray through the pinhole meets the plate's plane further out than the mark's, which is `mark_height_m` above it.
     """
@@ -136,7 +136,7 @@ def corners_on_plate(corners_px: ArrayLike, geometry: CameraGeometry) -> Array:
 
 
 def pixels_of_mark(points_m: ArrayLike, geometry: CameraGeometry) -> Array:
-    """The pixels (n, 2) at which points of the mark's plane (n, 2, plate frame, metres) are seen."""
+    """Returns the pixels (n, 2) at which points of the mark's plane (n, 2, plate frame, metres) are seen."""
     foot = np.array([geometry.camera_x_m, geometry.camera_y_m])
     points = np.asarray(points_m, dtype=float)
     if geometry.mark_height_m:
@@ -145,7 +145,7 @@ def pixels_of_mark(points_m: ArrayLike, geometry: CameraGeometry) -> Array:
 
 
 def mark_corners(*, side_m: float, aspect: float = 1.0) -> Array:
-    """The mark's corners (4, 2) in the block's frame, metres, in their fixed order.
+    """Returns the mark's corners (4, 2) in the block's frame, metres, in their fixed order.
 
     Clockwise as the camera sees them, from the upper left one when the block's yaw is zero: in the plate frame, whose
     y runs up the image, (−, +), (+, +), (+, −), (−, −).
@@ -155,7 +155,9 @@ def mark_corners(*, side_m: float, aspect: float = 1.0) -> Array:
 
 
 def block_pose_of(corners_px: Sequence[float], geometry: CameraGeometry) -> tuple[float, float, float]:
-    """The block's x, y (m) and yaw (rad) in the plate frame from its mark's corners (x0 y0 … x3 y3): least squares.
+    """Returns the block's x, y (m) and yaw (rad) in the plate frame from its mark's corners (x0 y0 … x3 y3).
+
+    The pose is fitted by least squares.
 
     Plain arithmetic, because it runs many times a second: the rigid fit of four points has a closed form.
     """

@@ -29,7 +29,7 @@ _BROUGHT_BY = {
 
 
 def version() -> str:
-    """The version of this software; "unknown" where it runs without being installed."""
+    """Returns the version of this software; "unknown" where it runs without being installed."""
     try:
         return importlib.metadata.version(DISTRIBUTION)
     except importlib.metadata.PackageNotFoundError:
@@ -37,7 +37,7 @@ def version() -> str:
 
 
 def sentence_of(missing: ModuleNotFoundError) -> str | None:
-    """A sentence for the user that says what to install; None if no extra brings the package: a fault of ours."""
+    """Returns a sentence that says what to install; None if no extra brings the package, which is a fault of ours."""
     root = (missing.name or "").partition(".")[0]
     wanted = _normal(_BROUGHT_BY.get(root, root))
     found = [line for line in _requirements() if _normal(_name(line)) == wanted]
@@ -68,7 +68,7 @@ def missing_as_user_error() -> Generator[None]:
 
 
 def to_install(extra: str) -> str:
-    """The command that adds an extra to this environment, whichever program made it."""
+    """Returns the command that adds an extra to this environment, whichever program made it."""
     what = f'"{DISTRIBUTION}[{extra}]"' if extra else f'"{DISTRIBUTION}"'
     made_by = Path(sys.prefix).parts
     if "pipx" in made_by:
@@ -86,13 +86,13 @@ def _requirements() -> list[str]:
 
 
 def _extra(requirement: str) -> str:
-    """The extra that a requirement belongs to; "" if every installation has it."""
+    """Returns the extra that a requirement belongs to; "" if every installation has it."""
     found = re.search(r"extra == ['\"]([\w-]+)['\"]", requirement)
     return found[1] if found else ""
 
 
 def _name(requirement: str) -> str:
-    """The name with its own extras: an installation without mujoco does not need mujoco[sysid]."""
+    """Returns the name with its own extras: an installation without mujoco does not need mujoco[sysid]."""
     return re.split(r"[^]\w.[-]", requirement, maxsplit=1)[0]
 
 

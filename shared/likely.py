@@ -49,13 +49,13 @@ class MarkSize:
 
     @property
     def outline_mm(self) -> Range:
-        """The outer sides, rim included, as `outline_mm` of the tracker has them."""
+        """Both sides with the rim, as `outline_mm` of the tracker has them."""
         rim_mm = 2.0 * self.margin * self.sides_mm[0]
         return self.sides_mm[0] + rim_mm, self.sides_mm[1] + rim_mm
 
 
 def unlikely_view(*, px_per_mm: float, height_mm: float, fiducial_mm: float, plate_m: float) -> Iterator[str]:
-    """Sentences on a camera's view beyond all rigs, as `unlikely` gives them.
+    """Yields sentences on a camera's view beyond all rigs, as `unlikely` gives them.
 
     Args:
         px_per_mm: scale of the picture on the plate.
@@ -70,7 +70,7 @@ def unlikely_view(*, px_per_mm: float, height_mm: float, fiducial_mm: float, pla
 
 
 def unlikely(*, block_m: Sides, mass_kg: float, plate_m: float, opening_m: float, mark: MarkSize) -> Iterator[str]:
-    """Sentences on sizes and masses beyond all rigs, each with key, value and the value that was probably meant.
+    """Yields sentences on sizes and masses beyond all rigs, each with key, value and what was probably meant.
 
     Args:
         block_m: length, width and height of the block.
@@ -88,7 +88,7 @@ def unlikely(*, block_m: Sides, mass_kg: float, plate_m: float, opening_m: float
 
 
 def sides_meant(side: float) -> str:
-    """The question whether a cube with such sides was meant, in the likeliest unit, for a size that is one number."""
+    """Gives the question whether a cube with such sides was meant, in the likeliest unit, for a size of one number."""
     near = (side * slip for slip in (1.0, *SLIPS))
     found = next((one for one in near if BLOCK_M[0] <= one <= BLOCK_M[1]), None)
     return "" if found is None else f"; did you mean {_listed(found, found, found)}?"
@@ -106,7 +106,7 @@ def _density(block_m: Sides, mass_kg: float) -> Iterator[str]:
 
 
 def _sides_of_mass(block_m: Sides, mass_kg: float) -> str:
-    """The question whether the sides were meant in another unit, in which the block's density is likely."""
+    """Returns the question whether the sides were meant in another unit, in which the block's density is likely."""
     near = ((slip * block_m[0], slip * block_m[1], slip * block_m[2]) for slip in SLIPS)
     found = next((sides for sides in near if _solid(sides, mass_kg)), None)
     return "" if found is None else f"; did you mean size_m = {_listed(*found)}?"
@@ -144,7 +144,7 @@ def _fits(sides_mm: Range, room_mm: list[float]) -> bool:
 
 
 def _rim_meant(mark: MarkSize, room_mm: list[float]) -> str:
-    """The rim in sides where it was probably given in mm or in per cent, or else the largest side with that rim."""
+    """Asks for the rim in sides, where it was probably given in mm or per cent, or else for the largest side."""
     near = (mark.margin / mark.sides_mm[0], 1e-2 * mark.margin)
     for margin in near:
         if margin >= _WHITE and _fits(replace(mark, margin=margin).outline_mm, room_mm):
@@ -160,7 +160,7 @@ def _outside(key: str, value: float, likely: Range, unit: str) -> Iterator[str]:
 
 
 def meant(value: float, likely: Range, *, usual: float = 0.0) -> str:
-    """The question whether the value was meant in another unit: the likeliest, or the one nearest to what is usual."""
+    """Asks if the value was meant in another unit: the likeliest, or the one nearest to what is usual."""
     near = [value * slip for slip in SLIPS if likely[0] <= abs(value * slip) <= likely[1]]
     if not near:
         return ""

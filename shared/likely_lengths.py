@@ -53,7 +53,7 @@ LENGTHS: Mapping[str, Length] = {
 
 
 def unlikely_lengths(file: Mapping[str, Any]) -> Iterator[str]:
-    """Sentences on lengths beyond all rigs, each with key, value and the value that was probably meant.
+    """Yields sentences on lengths beyond all rigs, each with key, value and the value that was probably meant.
 
     Args:
         file: the rig file's values; what is no number is passed over, as whoever reads it says so.
@@ -80,7 +80,7 @@ def _found(values: Any, path: tuple[str, ...]) -> Any:
 
 
 def _numbers(value: Any) -> Iterator[float]:
-    """The numbers in a value, which may be a list of lists."""
+    """Yields the numbers in a value, which may be a list of lists."""
     if isinstance(value, list):
         for one in cast("list[Any]", value):
             yield from _numbers(one)

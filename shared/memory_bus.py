@@ -50,13 +50,13 @@ class MemoryBus:
         return route
 
     def carries(self, topic: str) -> bool:
-        """True if anybody subscribes to that topic."""
+        """Returns true if anybody subscribes to that topic."""
         return bool(self._routes.get(topic) or self._route(topic))
 
     def subscribe(
         self, topic: str, handler: Handler, *, direct: bool = False, on_miss: MissHandler | None = None
     ) -> None:
-        """See `Bus.subscribe`; nothing is ever missed here."""
+        """Calls `handler` from within `publish`; nothing is ever missed here."""
         del direct, on_miss
         if topic != "**":
             topics.topic(topic)
@@ -64,24 +64,24 @@ class MemoryBus:
         self._routes.clear()
 
     def serve(self, service: str, server: Server, *, direct: bool = False) -> None:
-        """See `Bus.serve`."""
+        """Answers a service from within `request`."""
         del direct
         self._servers[topics.SERVICES[service].name] = server
 
     def request(
         self, service: str, message: Message, on_reply: ReplyHandler, *, timeout_s: float = 1.0, direct: bool = False
     ) -> None:
-        """See `Bus.request`; the answer comes before this returns."""
+        """Asks a service; `on_reply` gets the answer, or None if nobody serves, before this returns."""
         del timeout_s, direct
         server = self._servers.get(topics.SERVICES[service].name)
         on_reply(server(message) if server else None)
 
     def announce(self, name: str) -> None:
-        """See `Bus.announce`."""
+        """Counts the process `name` as alive from now on."""
         self._alive.add(name)
 
     def alive(self) -> frozenset[str]:
-        """See `Bus.alive`."""
+        """Returns the names of all processes that were announced."""
         return frozenset(self._alive)
 
     def poll(self, timeout_s: float = 0.0) -> int:

@@ -70,7 +70,7 @@ class MarkerCorners(Message):
     """The camera is a simulation without noise: the same corners again are no sign that it is frozen."""
 
     def impossible(self) -> str:
-        """See `Message.impossible`."""
+        """Names a wrong count of coordinates or times, or corners of a mark that was found that are not finite."""
         if self.found and (wrong := finite("corners_px of a mark that was found", self.corners_px)):
             return wrong
         counts = (8,) if self.found else (0, 8)
@@ -96,7 +96,7 @@ class BlockPose(Message):
     reason: str = ""
 
     def impossible(self) -> str:
-        """See `Message.impossible`."""
+        """Names the quaternion of a block that was found, if it is no rotation."""
         return turned(self.qw, self.qx, self.qy, self.qz) if self.found else ""
 
 
@@ -118,7 +118,7 @@ class PlatformState(Message):
     frame_id: str = ""
 
     def impossible(self) -> str:
-        """See `Message.impossible`."""
+        """Names the quaternion, if it is no rotation."""
         return turned(self.qw, self.qx, self.qy, self.qz)
 
 
@@ -133,7 +133,7 @@ class JointState(Message):
     effort_nm: Floats = ()
 
     def impossible(self) -> str:
-        """See `Message.impossible`."""
+        """Names positions, velocities or efforts that are not as many as the joints."""
         joints = len(self.name) or len(self.position_rad)
         return (
             counted("position_rad", self.position_rad, joints)
@@ -157,7 +157,7 @@ class TiltCommand(Message):
     """The session that asks; the arm obeys the one that has it."""
 
     def impossible(self) -> str:
-        """See `Message.impossible`."""
+        """Names an angle or a rate that is not finite."""
         return finite("azimuth_rad, angle_rad and rate_rad_s", (self.azimuth_rad, self.angle_rad, self.rate_rad_s))
 
 
@@ -224,7 +224,7 @@ class Sample(Message):
         return any(flag.startswith(DISTURBED) for flag in self.flags)
 
     def impossible(self) -> str:
-        """See `Message.impossible`."""
+        """Names a list of Euler angles or of corner values that has a wrong length."""
         lists = {
             "reference_corners_px": self.reference_corners_px,
             "corner_variance_px2": self.corner_variance_px2,
@@ -377,7 +377,7 @@ class JointTarget(Message):
     velocity_rad_s: Floats = ()
 
     def impossible(self) -> str:
-        """See `Message.impossible`."""
+        """Names velocities that are not as many as the positions."""
         return counted("velocity_rad_s", self.velocity_rad_s, len(self.position_rad))
 
 
@@ -406,7 +406,7 @@ class TwinScene(Message):
     mu: float = 0.0
 
     def impossible(self) -> str:
-        """See `Message.impossible`."""
+        """Names the quaternion of the plate or of the block, if it is no rotation."""
         block = (self.block_qw, self.block_qx, self.block_qy, self.block_qz)
         return turned(self.qw, self.qx, self.qy, self.qz) or turned(*block)
 
@@ -433,11 +433,14 @@ class CameraGeometry(Message):
     source: str = ""
 
     def if_calibrated(self) -> CameraGeometry | None:
-        """Itself if it says where pixels are on the plate; None for one without a homography, as at its defaults."""
+        """Returns itself if it says where pixels are on the plate.
+
+        It is None for one without a homography, as at its defaults.
+        """
         return self if self.plate_from_pixel else None
 
     def impossible(self) -> str:
-        """See `Message.impossible`."""
+        """Names a homography that maps no plane to a plane, a number that is not finite, or a mark above the camera."""
         homography, height_m = self.plate_from_pixel, self.camera_height_m
         wrong = counted("plate_from_pixel", homography, 0, 9) or finite("its numbers", self._numbers())
         if not wrong and self.mark_height_m and not 0.0 < self.mark_height_m < height_m:

@@ -4,5 +4,5 @@ from __future__ import annotations
 
 
 def note_line(note: str) -> str:
-    """The line for a note, wherever it is shown: a sentence with one full stop at its end."""
+    """Returns the line for a note, wherever it is shown: a sentence with one full stop at its end."""
     return f"Note: {note.rstrip('.')}."

@@ -67,7 +67,7 @@ def _is_web(url: str) -> bool:
 
 
 def without_notify(table: Table) -> str:
-    """The text of a rig file without its table `[notify]`, comments in it included.
+    """Returns the text of a rig file without its table `[notify]`, comments in it included.
 
     Raises:
         UserError: if the table is written in a way in which it cannot be cut out, or its address stands elsewhere, too.
@@ -86,7 +86,7 @@ def without_notify(table: Table) -> str:
 
 
 def _other_lines(text: str) -> Iterator[str]:
-    """The lines of all other tables, with a remark in the place of this one."""
+    """Yields the lines of all other tables, with a remark in the place of this one."""
     inside = False
     for line in text.splitlines(keepends=True):
         if header := _HEADER.match(line):

@@ -9,7 +9,7 @@ from types import ModuleType
 
 
 def module_in(file: Path, *, name: str) -> ModuleType:
-    """The module that running a file makes, known by that name to what looks it up, such as dataclasses.
+    """Returns the module that running a file makes, known by that name to what looks it up, such as dataclasses.
 
     Raises:
         FileNotFoundError: if there is no such Python file.

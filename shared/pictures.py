@@ -17,14 +17,14 @@ _ALONE = {0x01, *range(0xD0, 0xDA)}
 
 
 def size_px(data: bytes) -> tuple[int, int] | None:
-    """Width and height of a JPEG or a PNG, without unpacking it; None if it is none."""
+    """Returns the width and height of a JPEG or a PNG, without unpacking it; None if it is none."""
     if data.startswith(_PNG) and len(data) >= len(_PNG) + 8:
         return struct.unpack_from(">II", data, len(_PNG))
     return _jpeg_size(data) if data.startswith(b"\xff\xd8") else None
 
 
 def too_large(data: bytes) -> str:
-    """Words on a picture of more pixels than any camera here gives; empty for all others."""
+    """Returns words on a picture of more pixels than any camera here gives; empty for all others."""
     size = size_px(data)
     if size is None or size[0] * size[1] <= MOST_PIXELS:
         return ""
@@ -32,12 +32,15 @@ def too_large(data: bytes) -> str:
 
 
 def unpacked(data: bytes) -> Any:
-    """The grey picture (height, width) in a JPEG or PNG; None for what is none, cannot be unpacked or is too large."""
+    """Returns the grey picture (height, width) in a JPEG or PNG.
+
+    It is None for what is no picture, cannot be unpacked or is too large.
+    """
     return None if size_px(data) is None else unpacked_of_any_kind(data)
 
 
 def unpacked_of_any_kind(data: bytes) -> Any:
-    """The same of whatever OpenCV reads: for files of the user's own, since other kinds tell no size here."""
+    """Returns the same of whatever OpenCV reads: for files of the user's own, since other kinds tell no size here."""
     import cv2  # noqa: PLC0415  # who only sends and records pictures does without it
     import numpy as np  # noqa: PLC0415
 
@@ -50,7 +53,10 @@ def unpacked_of_any_kind(data: bytes) -> Any:
 
 
 def _overruns(data: bytes) -> bool:
-    """True for a PNG of which a part claims to end behind it: OpenCV takes as much memory as a part claims, 4 GB."""
+    """Returns true for a PNG of which a part claims to end behind it.
+
+    OpenCV takes as much memory as a part claims, 4 GB.
+    """
     if not data.startswith(_SIGNATURE):
         return False
     position = len(_SIGNATURE)
@@ -76,7 +82,7 @@ def _jpeg_size(data: bytes) -> tuple[int, int] | None:
 
 
 def _length(data: bytes, position: int) -> int:
-    """The length of the part that begins there; a byte 0xFF before a marker only fills the space."""
+    """Returns the length of the part that begins there; a byte 0xFF before a marker only fills the space."""
     marker = data[position + 1]
     if marker == 0xFF:
         return 1

@@ -12,18 +12,18 @@ is below 0.001. Trackers that lost their target write zeros, and what is read fr
 
 
 def counted(name: str, values: Sequence[float], *counts: int) -> str:
-    """A fault, unless there are as many values as one of `counts`."""
+    """Returns a fault, unless there are as many values as one of `counts`."""
     expected = " or ".join(str(count) for count in counts)
     return "" if len(values) in counts else f"{len(values)} numbers as {name}, which has {expected}"
 
 
 def finite(name: str, values: Sequence[float]) -> str:
-    """A fault, unless every value is a number and none is infinite."""
+    """Returns a fault, unless every value is a number and none is infinite."""
     return "" if all(map(math.isfinite, values)) else f"{tuple(values)} as {name}"
 
 
 def turned(*quaternion: float) -> str:
-    """A fault, unless the quaternion is about as long as that of a rotation."""
+    """Returns a fault, unless the quaternion is about as long as that of a rotation."""
     return "" if SHORTEST <= math.hypot(*quaternion) <= LONGEST else f"{quaternion} as a quaternion"
 
 
@@ -33,7 +33,10 @@ products and five sums rounds by at most half of an epsilon (Higham 2002, sectio
 
 
 def invertible(name: str, matrix: Sequence[float]) -> str:
-    """A fault, unless nine numbers, row by row, map a plane to a plane: with a finite determinant that is not zero."""
+    """Returns a fault, unless nine numbers, row by row, map a plane to a plane.
+
+    A plane is mapped to a plane if the determinant is finite and not zero.
+    """
     rows = math.hypot(*matrix[:3]), math.hypot(*matrix[3:6]), math.hypot(*matrix[6:])
     a, b, c, d, e, f, g, h, i = matrix
     determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)

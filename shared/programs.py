@@ -15,7 +15,7 @@ from shared.visible import sentence
 
 
 def how_to_call(name: str) -> str:
-    """The program's name if it is on the path, else its path in this environment, from the present folder."""
+    """Returns the program's name if it is on the path, else its path in this environment, from the present folder."""
     return name if shutil.which(name) else from_here(Path(sys.executable).parent / name)
 
 

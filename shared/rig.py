@@ -44,17 +44,20 @@ class BusConfig:
                 taken[endpoint] = process
 
     def endpoint(self, process: str) -> tuple[str, ...]:
-        """The endpoint on which `process` listens: one or none."""
+        """Returns the endpoint on which `process` listens: one or none."""
         value = getattr(self, process, "")
         return (value,) if value else ()
 
     def open_to_network(self) -> tuple[str, ...]:
-        """The endpoints that others than this machine's programs reach without keys."""
+        """Returns the endpoints that others than this machine's programs reach without keys."""
         all_of_them = (endpoint for process in PROCESSES for endpoint in self.endpoint(process))
         return tuple(one for one in all_of_them if not one.startswith(("tls/", "quic/")) and not _on_loopback(one))
 
     def peers(self, process: str) -> tuple[str, ...]:
-        """The endpoints to which `process` connects: those of the ones before it, so that every pair has one link."""
+        """Returns the endpoints to which `process` connects.
+
+        These are those of the processes before it, so that every pair has one link.
+        """
         before = PROCESSES[: PROCESSES.index(process)] if process in PROCESSES else PROCESSES
         return tuple(endpoint for name in before for endpoint in self.endpoint(name))
 
@@ -183,7 +186,7 @@ class RigConfig:
 
 
 def _slips(rig: RigConfig) -> Iterator[str]:
-    """Sentences on what was probably meant in another unit."""
+    """Yields sentences on what was probably meant in another unit."""
     yield from unlikely(
         block_m=rig.block.size_m,
         mass_kg=rig.block.mass_kg,
@@ -220,7 +223,7 @@ def load_rig(path: Path) -> RigConfig:
 
 
 def rig_of_table(table: Table) -> RigConfig:
-    """The rig of a table that was read already, such as the one inside a recording, whose sizes are not doubted.
+    """Gives the rig of a table that was read already, such as the one inside a recording, whose sizes are not doubted.
 
     Its `[notify]` is passed over: a stranger's recording has nobody told of anything.
 

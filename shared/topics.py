@@ -117,12 +117,12 @@ ANGLE_PREFIX = "angle/"
 
 
 def known(name: str) -> bool:
-    """True if this version has a message for the topic; a newer process may send others."""
+    """Returns true if this version has a message for the topic; a newer process may send others."""
     return name in TOPICS or (name.startswith(ANGLE_PREFIX) and len(name) > len(ANGLE_PREFIX))
 
 
 def topic(name: str) -> Topic:
-    """The table's line for a topic; `angle/<source>` is made on demand, because users add sources.
+    """Returns the table's line for a topic; `angle/<source>` is made on demand, because users add sources.
 
     Raises:
         UserError: if there is no such topic.
@@ -137,13 +137,13 @@ def topic(name: str) -> Topic:
 
 
 def capture_ns(message: m.Message) -> int:
-    """The time at which the message happened, in nanoseconds, on the clock of its sender."""
+    """Returns the time at which the message happened, in nanoseconds, on the clock of its sender."""
     return capture_of(type(message))(message)
 
 
 @cache
 def capture_of(cls: type[m.Message]) -> Callable[[Any], int]:
-    """The function that returns this time for messages of one class, for callers that read many."""
+    """Returns the function that returns this time for messages of one class, for callers that read many."""
     if cls is m.MarkerCorners:
         return attrgetter("capture_ns")
     if cls is m.Sample:

@@ -12,7 +12,7 @@ _SHOWN = (
 
 
 def visible(text: str) -> str:
-    """The text with Unicode's pictures of control characters in their place; new lines and tabs stay.
+    """Returns the text with Unicode's pictures of control characters in their place; new lines and tabs stay.
 
     A recording, a table or a message may hold sequences that clear a terminal, or make it show what was never said.
     """
@@ -20,6 +20,6 @@ def visible(text: str) -> str:
 
 
 def sentence(text: str) -> str:
-    """A sentence for a terminal: visible, and without its middle where a stranger's words make it long."""
+    """Returns a sentence for a terminal: visible, and without its middle where a stranger's words make it long."""
     shown = visible(text)
     return shown if len(shown) <= LONGEST else f"{shown[: LONGEST // 2]} … {shown[-LONGEST // 2 :]}"

@@ -27,7 +27,7 @@ for _descriptor in _GOOGLES.values():
 
 
 def schema_name(cls: type[Message]) -> str:
-    """The protobuf full name, e.g. `repose.MarkerCorners`."""
+    """Returns the protobuf full name, e.g. `repose.MarkerCorners`."""
     return f"{cls.PACKAGE}.{cls.__name__}"
 
 
@@ -76,7 +76,7 @@ def _proto_class(cls: type[Message]) -> Any:
 
 @cache
 def schema(cls: type[Message]) -> bytes:
-    """The serialized FileDescriptorSet of a message and of all that it contains, as MCAP wants it."""
+    """Returns the serialized FileDescriptorSet of a message and of all that it contains, as MCAP wants it."""
     files: dict[str, descriptor_pb2.FileDescriptorProto] = {}
     _collect_files(cls, files)
     return descriptor_pb2.FileDescriptorSet(file=list(files.values())).SerializeToString(deterministic=True)
@@ -93,7 +93,7 @@ def _collect_files(cls: type[Message], files: dict[str, descriptor_pb2.FileDescr
 
 
 def encode(message: Message) -> bytes:
-    """The protobuf payload of a message; the same message gives the same bytes."""
+    """Returns the protobuf payload of a message; the same message gives the same bytes."""
     return _encoder(type(message))(message)
 
 
@@ -109,7 +109,7 @@ def _encoder(cls: type[Message]) -> Callable[[Any], bytes]:
 
 
 def _named(cls: type[Message], owner: str) -> str:
-    """The fields of a class as keywords of a call, read from the variable `owner`; what is nested is a dict."""
+    """Returns the fields of a class as keywords of a call, read from the variable `owner`; what is nested is a dict."""
     return ", ".join(f"{slot.name}={_read(slot, owner)}" for slot in slots(cls))
 
 
@@ -123,7 +123,7 @@ def _read(slot: Slot, owner: str) -> str:
 
 
 def decode(cls: type[M], payload: bytes) -> M:
-    """The message in a payload.
+    """Returns the message in a payload.
 
     Raises:
         UserError: if the payload is not a protobuf of this class, or holds what none can (`Message.impossible`).

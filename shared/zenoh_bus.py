@@ -72,7 +72,7 @@ def _addressed(name: str, carrier: Any) -> None:
 
 
 def _why(error: Exception) -> str:
-    """Zenoh's error message without the places in its source."""
+    """Returns Zenoh's error message without the places in its source."""
     return re.sub(r" at /\S+\.rs:\d+\.?", "", str(error))
 
 
@@ -151,7 +151,7 @@ class ZenohBus:
         self._entities.append(watcher)
 
     def _watched(self, listen: Sequence[str], connect: Sequence[str], *, rig_id: str, process: str) -> BusWatch | None:
-        """The watch that says who is refused; None without keys."""
+        """Returns the watch that says who is refused; None without keys."""
         folder = keys_in_use([*listen, *connect], process=process)
         if folder is None:
             return None
@@ -168,7 +168,7 @@ class ZenohBus:
 
     @classmethod
     def of(cls, process: str, rig: RigConfig, *, clock: Clock | None = None) -> ZenohBus:
-        """The bus of a process of a rig, on its endpoint in `[bus]`; a process without one only looks on.
+        """Returns the bus of a process of a rig, on its endpoint in `[bus]`; a process without one only looks on.
 
         Raises:
             UserError: as the class does.
@@ -195,7 +195,7 @@ class ZenohBus:
     # --- streams -----------------------------------------------------------------------------------------------------
 
     def publish(self, topic: str, message: Message | Recipe) -> None:
-        """See `Bus.publish`."""
+        """Sends at once what may be dropped; all else waits in line for the thread that sends."""
         payload = wire.encode(message.made() if isinstance(message, Recipe) else message)
         if topics.topic(topic).traffic.drop:
             self._put(topic, payload)
@@ -228,14 +228,17 @@ class ZenohBus:
         return publisher
 
     def carries(self, topic: str) -> bool:
-        """Always True: the bus does not know who listens."""
+        """Returns True: the bus does not know who listens."""
         del topic
         return True
 
     def subscribe(
         self, topic: str, handler: Handler, *, direct: bool = False, on_miss: MissHandler | None = None
     ) -> None:
-        """See `Bus.subscribe`."""
+        """Calls `handler` for every message of a topic, during `poll` or, with `direct`, on the thread that receives.
+
+        Lost messages are fetched again if the topic has a cache.
+        """
         known = self._handlers.setdefault(topic, [])
         known.append((handler, direct))
         if len(known) == 1:
@@ -260,7 +263,7 @@ class ZenohBus:
         self._entities.append(subscriber)
 
     def _receiver(self, topic: str) -> Callable[[zenoh.Sample], None]:
-        """One callback for all handlers of a topic.
+        """Returns one callback for all handlers of a topic.
 
         Zenoh may call from several threads. Under the lock every message gets a later stamp than the one before, and
         takes its place in every queue, so that a recording sorted by receive time is exactly what the handlers saw.
@@ -310,7 +313,7 @@ class ZenohBus:
     # --- services ----------------------------------------------------------------------------------------------------
 
     def serve(self, service: str, server: Server, *, direct: bool = False) -> None:
-        """See `Bus.serve`."""
+        """Answers a service with `server`, during `poll` or, with `direct`, on the thread that receives."""
         line, key = topics.SERVICES[service], self._key(service)
 
         def answer(query: zenoh.Query) -> None:
@@ -341,7 +344,7 @@ class ZenohBus:
     def request(
         self, service: str, message: Message, on_reply: ReplyHandler, *, timeout_s: float = 1.0, direct: bool = False
     ) -> None:
-        """See `Bus.request`."""
+        """Asks a service; `on_reply` gets the first valid answer, or None once Zenoh ends the query."""
         line = topics.SERVICES[service]
         if self._watch is not None:
             self._watch.asking(service)
@@ -380,17 +383,20 @@ class ZenohBus:
     # --- presence ----------------------------------------------------------------------------------------------------
 
     def announce(self, name: str) -> None:
-        """See `Bus.announce`."""
+        """Declares a liveliness token for the process `name`, which ends with this session."""
         self._entities.append(self._session.liveliness().declare_token(f"{self._prefix}/{_ALIVE}/{name}"))
 
     def alive(self) -> frozenset[str]:
-        """See `Bus.alive`."""
+        """Returns the names of the processes whose liveliness tokens are known."""
         return frozenset(name for name, count in list(self._alive.items()) if count > 0)
 
     # --- life --------------------------------------------------------------------------------------------------------
 
     def poll(self, timeout_s: float = 0.0) -> int:
-        """See `Bus.poll`. What arrives while the handlers run waits for the next call, so this always returns."""
+        """Runs the handlers of what has arrived, waiting up to `timeout_s` for the first; returns their number.
+
+        What arrives while the handlers run waits for the next call, so this always returns.
+        """
         if self._watch is not None:
             self._watch.look(alive=bool(self.alive()))
         with contextlib.suppress(queue.Empty):
@@ -403,7 +409,7 @@ class ZenohBus:
         return len(taken)
 
     def close(self) -> None:
-        """See `Bus.close`; what was published is sent first, if the network takes it."""
+        """Leaves the bus; what was published is sent first, if the network takes it in time."""
         self._outbox.close(within_s=_CLOSING_S)
         for entity in [*self._entities, *self._publishers.values()]:
             with contextlib.suppress(zenoh.ZError):
@@ -468,7 +474,7 @@ class RawSession:
         self._entities.append(self._session.liveliness().declare_token(key))
 
     def announced(self, pattern: str, *, timeout_s: float = 1.0) -> list[str]:
-        """The keys of the currently known liveliness tokens that match a pattern."""
+        """Returns the keys of the currently known liveliness tokens that match a pattern."""
         replies = self._session.liveliness().get(pattern, timeout=timeout_s)
         return [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
 

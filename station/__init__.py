@@ -49,7 +49,7 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    """The public name, imported now.
+    """Returns the public name, imported now.
 
     Raises:
         UserError: if a package is not installed that an extra would bring.

@@ -73,19 +73,19 @@ def _run(words: list[str], files: dict[str, Path]) -> int | None:
 
 
 def _longer(name: str, files: dict[str, Path]) -> str:
-    """The commands of two words that begin with a command's name, for the end of its description."""
+    """Returns the commands of two words that begin with a command's name, for the end of its description."""
     longer = [f"  station {other:<12} {help_of(path)}" for other, path in files.items() if other.startswith(f"{name} ")]
     return "\n".join(["\n\nCommands of its own:", *longer]) if longer else ""
 
 
 def _is_first_of_two(words: list[str], files: Iterable[str]) -> bool:
-    """True if commands of two words begin with the first word, and the second is no option of the first alone."""
+    """Returns true if commands of two words begin with the first, and the second is no option of the first alone."""
     second = words[1] if len(words) > 1 else "-"
     return not second.startswith("-") and any(name.startswith(f"{words[0]} ") for name in files)
 
 
 def _asks_for_group(words: list[str], files: Iterable[str]) -> bool:
-    """True if the words are those with which commands of two words begin, and no command themselves, as `keys` is."""
+    """Returns true if commands of two words begin with the words, which are no command themselves, as `keys` is."""
     first, *rest = words or [""]
     begins = first not in files and any(name.startswith(f"{first} ") for name in files)
     return begins and set(rest) <= {"-h", "--help"}
@@ -103,17 +103,17 @@ def _group_help(words: list[str], files: dict[str, Path]) -> None:
 
 
 def examples() -> list[str]:
-    """The example in each command's help."""
+    """Returns the example in each command's help."""
     return [_constant(path, "EXAMPLE") for path in commands().values()]
 
 
 def help_of(path: Path) -> str:
-    """The words of a command's file for the list of commands."""
+    """Returns the words of a command's file for the list of commands."""
     return _constant(path, "HELP")
 
 
 def commands() -> dict[str, Path]:
-    """The file of each command by the command's name."""
+    """Returns the file of each command by the command's name."""
     return {_constant(path, "NAME"): path for path in sorted(COMMANDS.glob("[a-z]*.py"))}
 
 
@@ -133,7 +133,7 @@ def _imported(module: str) -> ModuleType:
 
 
 def _constant(path: Path, name: str) -> str:
-    """A text constant of a command's file, `NAME = "text"` in one line, read without importing or parsing the file.
+    """Returns a text constant of a command's file, `NAME = "text"` in one line; the file is not imported or parsed.
 
     Parsing them all would take longer than many a command.
     """

@@ -48,7 +48,7 @@ def _dask(address: str) -> Generator[None]:
 
 @contextmanager
 def _ray(address: str) -> Generator[None]:
-    """Ray has no wheels for every system, and no extra brings it: it is the user's own."""
+    """Connects to Ray, which is the user's own: it has no wheels for every system, and no extra brings it."""
     try:
         ray, of_joblib = importlib.import_module("ray"), importlib.import_module("ray.util.joblib")
     except ModuleNotFoundError as error:

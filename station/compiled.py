@@ -27,7 +27,7 @@ STAMP = "compiled.sha256"
 
 
 def compiled(function: Callable[..., Any]) -> Any:
-    """The function, compiled by numba when it is first called.
+    """Returns the function, compiled by numba when it is first called.
 
     Machine code is kept beside the source, else in the user's cache. Where neither can be written (a read-only home)
     numba refuses; then each process compiles anew, which takes seconds and changes no number.
@@ -73,7 +73,7 @@ def _cleared(kept: Path, digest: str) -> bool:
 
 @functools.cache
 def _digest(folder: Path) -> str:
-    """A short hash of the sources in a folder: paths must stay short on Windows."""
+    """Returns a short hash of the sources in a folder: paths must stay short on Windows."""
     total = hashlib.sha256()
     for source in sorted(folder.glob("*.py")):
         total.update(source.read_bytes())

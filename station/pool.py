@@ -34,7 +34,7 @@ _ROUND = 64
 def spread(
     work: Callable[[Task], Result], tasks: Iterable[Task], *, jobs: int = 0, in_order: bool = True
 ) -> Generator[Iterator[Result]]:
-    """The results of `work` on every task as they come: in the tasks' order, or each as soon as it is done.
+    """Provides the results of `work` on every task as they come: in the tasks' order, or each as soon as it is done.
 
     The first error is raised as soon as it is known. It ends the processes, as does leaving the block, and loses what
     they were at: so a task writes each of its files whole, or not at all.
@@ -92,19 +92,19 @@ def _in_rounds(calls: list[Any]) -> Generator[Any]:
 
 
 def _with_one_thread(work: Callable[[Task], Result], task: Task) -> Result:
-    """A worker of a cluster was started by others, who may have left it all threads."""
+    """Does a task in one thread: whoever started a worker of a cluster may have left it all threads."""
     with threadpool_limits(limits=1):
         return work(task)
 
 
 def _begin(parent: int) -> None:
-    """A process of ours begins: Ctrl-C, which reaches it as well, is its parent's matter."""
+    """Begins a process of ours: Ctrl-C, which reaches it as well, is its parent's matter."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
 
 
 def _end_with(parent: int) -> None:
-    """Otherwise a process of a command that was killed would go on with its task."""
+    """Ends this process after its parent: it would otherwise go on with the task of a command that was killed."""
     while os.getppid() == parent:
         time.sleep(LOOK_S)
     os._exit(1)

@@ -15,14 +15,17 @@ CUT_LINE = 'fill="none" stroke="#bbb" stroke-width="0.05"'
 
 
 def label(side_mm: float, *, feature: str) -> str:
-    """A label of the given side with its mark: a document in millimetres with 2 mm of paper around the cutting line."""
+    """Returns a label of the given side with its mark.
+
+    It is a document in millimetres with 2 mm of paper around the cutting line.
+    """
     mark = Mark(side_mm=DARK_SHARE * side_mm, margin=MARGIN, feature="tag" if feature == "tag" else "dot")
     shapes = [_box(0.0, 0.0, side_mm, CUT_LINE), *_mark(mark, 0.5 * side_mm, 0.5 * side_mm)]
     return _document(side_mm, shapes)
 
 
 def plate_sheet() -> str:
-    """A sheet as large as the plate: four fiducials where the tracker expects them, to be cut out or laid on."""
+    """Gives a sheet as large as the plate: four fiducials where the tracker expects them, to be cut out or laid on."""
     mark = Mark(side_mm=FIDUCIAL_MM, margin=FIDUCIAL_MARGIN)
     shapes = [_box(0.0, 0.0, PLATE_MM, CUT_LINE)]
     for sign_x, sign_y in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
@@ -33,7 +36,7 @@ def plate_sheet() -> str:
 
 
 def drawings() -> dict[str, str]:
-    """Every document by the name of its file."""
+    """Returns every document by the name of its file."""
     labels = {f"mark-{side:.0f}mm.svg": label(side, feature="dot") for side in LABELS_MM}
     tags = {f"mark-{side:.0f}mm-tag.svg": label(side, feature="tag") for side in LABELS_MM[1:]}
     return {**labels, **tags, "plate-fiducials.svg": plate_sheet()}

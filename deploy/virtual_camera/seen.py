@@ -152,7 +152,10 @@ def faults(seen: dict[str, Any], seconds: float) -> list[str]:
 
 
 def main(seconds: float) -> None:
-    """See above; after four minutes without an end it says where every thread stands, and ends."""
+    """Looks through the driver for so many seconds, and prints what was seen and whether it is right.
+
+    After four minutes without an end it says where every thread stands, and ends.
+    """
     faulthandler.dump_traceback_later(seconds + 240.0, exit=True)
     os.environ.setdefault("LIBCAMERA_LOG_LEVELS", "*:WARN")
     add_what_is_missing()

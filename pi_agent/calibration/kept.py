@@ -30,7 +30,7 @@ class Kept:
 
 
 def lens_of(folder: Path | None, board: BoardSpec) -> Lens | None:
-    """The lens by a folder's pictures of the board; none without a folder.
+    """Returns the lens by a folder's pictures of the board; none without a folder.
 
     Raises:
         UserError: if the pictures do not tell it.

@@ -42,7 +42,7 @@ class BoardSpec:
         return cv2.aruco.CharucoBoard((self.columns, self.rows), side_m, 0.75 * side_m, table)
 
     def picture(self, *, px_per_square: int = 120) -> Image:
-        """The board to print (h, w), pixel values, with a white rim half a square wide."""
+        """Returns the board to print (h, w), pixel values, with a white rim half a square wide."""
         rim = px_per_square // 2
         size = (self.columns * px_per_square + 2 * rim, self.rows * px_per_square + 2 * rim)
         return np.asarray(self.board.generateImage(size, marginSize=rim), dtype=np.uint8)
@@ -79,14 +79,17 @@ class Lens:
     size_px: tuple[int, int]
 
     def undistorted(self, points_px: Floats) -> Floats:
-        """Pixels `points_px` (n, 2), px, as an ideal pinhole with the same matrix would have them."""
+        """Returns pixels `points_px` (n, 2), px, as an ideal pinhole with the same matrix would have them."""
         return undistorted(points_px, self.intrinsics, self.distortion)
 
 
 def undistorted(points_px: Floats, intrinsics: Floats, distortion: tuple[float, ...]) -> Floats:
-    """Pixels `points_px` (n, 2), px, as an ideal pinhole with the same matrix would have them.
+    """Returns pixels `points_px` (n, 2), px, as an ideal pinhole with the same matrix would have them.
 
-    `intrinsics` (3, 3), px, is that matrix, and `distortion` has OpenCV's numbers, none for an ideal lens.
+    Args:
+        points_px: (n, 2) pixels of the distorted picture, px.
+        intrinsics: (3, 3) the camera's matrix, px.
+        distortion: OpenCV's numbers; none for an ideal lens.
     """
     if not any(distortion):
         return np.asarray(points_px, dtype=np.float64)
@@ -96,7 +99,7 @@ def undistorted(points_px: Floats, intrinsics: Floats, distortion: tuple[float, 
 
 
 def calibrate_lens(pictures: Iterable[Image], spec: BoardSpec) -> Lens:
-    """The lens from pictures (height, width) of the board, held at many places and tilts.
+    """Returns the lens from pictures (height, width) of the board, held at many places and tilts.
 
     Raises:
         UserError: when the pictures are too few, too much alike, or do not fit one lens.
@@ -149,7 +152,7 @@ def _fit(known: list[Singles], seen: list[Singles], size: tuple[int, int]) -> Le
 
 
 def _coverage(points: Singles, size: tuple[int, int]) -> float:
-    """The share of the picture's cells in which a corner has been."""
+    """Returns the share of the picture's cells in which a corner has been."""
     cells = np.floor(points / np.array(size) * CELLS).astype(int)
     return len({(int(x), int(y)) for x, y in cells}) / CELLS**2
 

@@ -66,12 +66,15 @@ class Calibration:
         return 1e3 * float(np.sqrt(abs(np.linalg.det(jacobian))))
 
     def tone(self, otherwise: ToneCurve) -> ToneCurve:
-        """The measured tone curve, or the driver's."""
+        """Returns the measured tone curve, or the driver's."""
         return ToneCurve("measured", self.tone_light, self.tone_value) if self.tone_light else otherwise
 
 
 def nominal(rig: RigConfig, *, width_px: int, height_px: int) -> Calibration:
-    """The calibration that the rig file's `px_per_mm` and `height_mm` stand for: a camera that looks straight down."""
+    """Returns the calibration that the rig file's `px_per_mm` and `height_mm` stand for.
+
+    They stand for a camera that looks straight down.
+    """
     camera = rig.camera
     centre = ((width_px - 1) / 2, (height_px - 1) / 2)
     focal = camera.px_per_mm * camera.height_mm
@@ -88,7 +91,7 @@ def nominal(rig: RigConfig, *, width_px: int, height_px: int) -> Calibration:
 
 
 def calibration_message(calibration: Calibration, *, stamp_ns: int) -> CameraCalibration:
-    """The message for `camera/calibration`."""
+    """Returns the message for `camera/calibration`."""
     return frames.calibration(
         width_px=calibration.width_px,
         height_px=calibration.height_px,
@@ -99,7 +102,7 @@ def calibration_message(calibration: Calibration, *, stamp_ns: int) -> CameraCal
 
 
 def geometry_message(calibration: Calibration, rig: RigConfig, *, stamp_ns: int) -> CameraGeometry:
-    """The message for `camera/geometry`."""
+    """Returns the message for `camera/geometry`."""
     x, y, height = calibration.camera_m
     return CameraGeometry(
         stamp_ns=stamp_ns,

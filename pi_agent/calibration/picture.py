@@ -30,7 +30,9 @@ COLUMNS_PX = (20, 95, 155, 250, 350)
 
 
 def draw(result: Result, rig: RigConfig) -> NDArray[np.uint8]:
-    """The picture (h, w, 3), pixel values in blue, green and red: the frame, and a panel with tone curve and words.
+    """Returns the picture (h, w, 3), pixel values in blue, green and red.
+
+    It shows the frame, and a panel with tone curve and words.
 
     The frame has the plate's grid and the fiducials' residuals, magnified.
     """
@@ -41,7 +43,7 @@ def draw(result: Result, rig: RigConfig) -> NDArray[np.uint8]:
 
 
 def _grid(view: NDArray[np.uint8], result: Result, rig: RigConfig) -> None:
-    """Lines of the plate, a centimetre apart, where the calibration sees them."""
+    """Draws lines of the plate, a centimetre apart, where the calibration sees them."""
     reach = int(500 * rig.plate.side_m) // GRID_STEP_MM * GRID_STEP_MM
     along = np.linspace(-reach, reach, 41)
     for place in range(-reach, reach + 1, GRID_STEP_MM):
@@ -51,7 +53,7 @@ def _grid(view: NDArray[np.uint8], result: Result, rig: RigConfig) -> None:
 
 
 def _seen(result: Result, points_m: Floats) -> Floats:
-    """Pixels (n, 2), distortion included, of points (n, 2) of the plate."""
+    """Returns pixels (n, 2), distortion included, of points (n, 2) of the plate."""
     calibration = result.calibration
     inverse = np.asarray(np.linalg.inv(calibration.homography), dtype=np.float64)
     ideal = apply_homography(inverse, points_m)
@@ -90,7 +92,7 @@ def _panel(result: Result, height_px: int) -> NDArray[np.uint8]:
 
 
 def _cells(line: str) -> list[tuple[str, int]]:
-    """The cells of a row of the table, and where they go; none for a sentence."""
+    """Returns the cells of a row of the table, and where they go; none for a sentence."""
     cells = re.split(" {2,}", line.strip())
     return list(zip(cells, COLUMNS_PX, strict=True)) if len(cells) == len(COLUMNS_PX) else []
 
@@ -100,7 +102,7 @@ def _write(panel: NDArray[np.uint8], text: str, place: tuple[int, int]) -> None:
 
 
 def _curve(box: NDArray[np.uint8], result: Result) -> None:
-    """Pixel value over light, and the straight line that it should be."""
+    """Draws pixel value over light, and the straight line that it should be."""
     if result.tone is None:
         return
     size = np.array([box.shape[1] - 1, box.shape[0] - 1])
@@ -112,7 +114,7 @@ def _curve(box: NDArray[np.uint8], result: Result) -> None:
 
 
 def _wrapped(text: str, *, width: int = 84) -> list[str]:
-    """Lines short enough for the panel, in the characters that OpenCV can draw."""
+    """Returns lines short enough for the panel, in the characters that OpenCV can draw."""
     lines: list[str] = []
     for line in text.replace("±", "+-").replace("µ", "u").replace("°", " deg").splitlines():
         words, current = [line] if _cells(line) else line.split(" "), ""

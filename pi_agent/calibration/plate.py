@@ -49,13 +49,15 @@ class PlateView:
 
 
 def known_corners_m(rig: RigConfig) -> Floats:
-    """The sixteen corners (16, 2) of the fiducials in the plate frame, metres: fiducial after fiducial."""
+    """Returns the sixteen corners (16, 2) of the fiducials in the plate frame, metres: fiducial after fiducial."""
     square = mark_corners(side_m=1e-3 * rig.plate.fiducial_side_mm)
     return np.concatenate([square + 1e-3 * np.array(place) for place in fiducial_places_mm(rig.plate)])
 
 
 def find_fiducials(frames: Image, rig: RigConfig, info: CameraInfo, *, tone: ToneCurve) -> Floats:
-    """The sixteen corners (16, 2) in pixels, means over the frames (n, height, width): one fiducial in each quarter.
+    """Finds the sixteen corners (16, 2) in pixels, means over the frames (n, height, width).
+
+    They are those of one fiducial in each quarter.
 
     Raises:
         UserError: if one is not found, or moves.
@@ -95,10 +97,14 @@ def _resting(frames: Image, tracker: Tracker, *, name: str) -> Floats:
 def calibrate_plate(
     corners_px: Floats, rig: RigConfig, *, intrinsics: Floats | None, distortion: tuple[float, ...] = ()
 ) -> PlateView:
-    """The map from the fiducials' corners `corners_px` (16, 2), px.
+    """Returns the map from pixels to the plate by the fiducials' corners.
 
-    Without the lens's `intrinsics` (3, 3), px, the camera is taken to be `height_mm` above the plate, which then gives
-    the focal length.
+    Args:
+        corners_px: (16, 2) the corners of the four fiducials, px.
+        rig: the rig file's values, which say where the fiducials lie.
+        intrinsics: (3, 3) the lens's, px; without it, the camera is taken to be `height_mm` above the plate, which then
+            gives the focal length.
+        distortion: OpenCV's numbers for the lens; none for an ideal one.
 
     Raises:
         UserError: when what was seen does not fit the plate that the rig file describes.
@@ -123,7 +129,7 @@ def calibrate_plate(
 
 
 def _pose(known_m: Floats, ideal_px: Floats, intrinsics: Floats) -> tuple[Floats, Floats]:
-    """camera_from_plate as rotation (3, 3) and shift (3,).
+    """Returns camera_from_plate as rotation (3, 3) and shift (3,).
 
     A free homography would do for the map, but it takes in any four places: a fiducial that lies wrong would be hidden
     in it, and is told by the residuals of a rigid pose.
@@ -134,14 +140,14 @@ def _pose(known_m: Floats, ideal_px: Floats, intrinsics: Floats) -> tuple[Floats
 
 
 def _px_per_mm(pixel_from_plate: Floats) -> float:
-    """The scale in the plate's middle: the root of the Jacobian's determinant there."""
+    """Returns the scale in the plate's middle: the root of the Jacobian's determinant there."""
     h = pixel_from_plate / pixel_from_plate[2, 2]
     jacobian = h[:2, :2] - np.outer(h[:2, 2], h[2, :2])
     return 1e-3 * math.sqrt(abs(float(np.linalg.det(jacobian))))
 
 
 def assumed_intrinsics(rig: RigConfig, *, px_per_mm: float) -> Floats:
-    """K (3, 3) of a camera at `height_mm` with the scale seen, for want of a measured lens."""
+    """Returns K (3, 3) of a camera at `height_mm` with the scale seen, for want of a measured lens."""
     focal = px_per_mm * rig.camera.height_mm
     centre = (rig.camera.width_px - 1) / 2, (rig.camera.height_px - 1) / 2
     return np.array([[focal, 0.0, centre[0]], [0.0, focal, centre[1]], [0.0, 0.0, 1.0]])

@@ -38,7 +38,7 @@ class ExposureRow:
 
 
 def measure_scatter(frames: Image, rig: RigConfig, info: CameraInfo) -> Scatter:
-    """The scatter of the resting block's corners over frames (n, height, width).
+    """Returns the scatter of the resting block's corners over frames (n, height, width).
 
     Raises:
         UserError: if the mark is not found, or does not rest.
@@ -59,7 +59,7 @@ def measure_scatter(frames: Image, rig: RigConfig, info: CameraInfo) -> Scatter:
 
 
 def exposure_row(frames: Image, rig: RigConfig, info: CameraInfo) -> ExposureRow:
-    """The results of one exposure, from `frames` (n, height, width), 8-bit grey values."""
+    """Returns the results of one exposure, from `frames` (n, height, width), 8-bit grey values."""
     corners, _ = _corners(frames, rig, info)
     sigma = float(np.sqrt(np.mean(corners.var(axis=0, ddof=1)))) if len(corners) > 2 else float("nan")
     white = float(np.quantile(frames.mean(axis=0), 0.995))
@@ -67,7 +67,7 @@ def exposure_row(frames: Image, rig: RigConfig, info: CameraInfo) -> ExposureRow
 
 
 def _corners(frames: Image, rig: RigConfig, info: CameraInfo) -> tuple[np.ndarray, float]:
-    """The found corners (m, 8), without the frames in which the tracker still learns; its mean own sigma."""
+    """Returns the found corners (m, 8), without the frames in which the tracker still learns; its mean own sigma."""
     observer = Observer(rig, info)
     period_ns = round(1e9 / info.rate_hz)
     seen = [observer.block(Frame(frame, number * period_ns, number)) for number, frame in enumerate(frames)]
@@ -77,12 +77,12 @@ def _corners(frames: Image, rig: RigConfig, info: CameraInfo) -> tuple[np.ndarra
 
 
 def blur_px(exposure_ms: float, *, speed_m_s: float, px_per_mm: float) -> float:
-    """The path of a sliding block during the exposure, in pixels."""
+    """Returns the path of a sliding block during the exposure, in pixels."""
     return exposure_ms * speed_m_s * px_per_mm
 
 
 def exposure_table(rows: list[ExposureRow], *, px_per_mm: float) -> list[str]:
-    """The exposures as lines of text: what each costs in blur, what it leaves in light and certainty."""
+    """Returns the exposures as lines of text: what each costs in blur, what it leaves in light and certainty."""
     head = "  exposure   white   mark found   corner scatter   path in the exposure at " + ", ".join(
         f"{speed} m/s" for speed in SPEEDS_M_S
     )
@@ -95,7 +95,7 @@ def exposure_table(rows: list[ExposureRow], *, px_per_mm: float) -> list[str]:
 
 
 def advice(rows: list[ExposureRow], *, px_per_mm: float) -> str:
-    """The exposure to take: the longest that keeps the blur of a slide small, among those that work."""
+    """Returns the exposure to take: the longest that keeps the blur of a slide small, among those that work."""
     working = [row for row in rows if row.found >= LEAST_FOUND]
     sharp = [
         row

@@ -128,7 +128,7 @@ def calibrate(
 
 
 def take(camera: Camera, *, count: int, settle: int = SETTLE_FRAMES) -> Taken:
-    """`count` frames of a camera, after a few that are thrown away.
+    """Returns `count` frames of a camera, after a few that are thrown away.
 
     Raises:
         UserError: if the camera cannot be had or falls silent.

@@ -62,7 +62,7 @@ class Noise:
 
 
 def fit_tone(series: Sequence[Exposed], *, rng: np.random.Generator) -> ToneFit:
-    """The tone curve from two and more exposures of a scene at rest.
+    """Returns the tone curve from two and more exposures of a scene at rest.
 
     Raises:
         UserError: when the pictures do not tell it.
@@ -90,7 +90,10 @@ def fit_tone(series: Sequence[Exposed], *, rng: np.random.Generator) -> ToneFit:
 
 
 def _straightened(inverse: Floats, *, seen: int) -> tuple[Floats, float]:
-    """g carried on straight above knot `seen`, the last one reached; and its bend below, as a share of full scale."""
+    """Returns g carried on straight above knot `seen`, the last one reached, and its bend below.
+
+    The bend is a share of full scale.
+    """
     knots = np.arange(KNOTS)
     back = min(3, seen)
     slope = (inverse[seen] - inverse[seen - back]) / back
@@ -102,7 +105,7 @@ def _straightened(inverse: Floats, *, seen: int) -> tuple[Floats, float]:
 
 
 def _pixels(means: list[Floats], rng: np.random.Generator) -> Floats:
-    """Mean values (pixels, exposures) of pixels spread over the values of the brightest picture."""
+    """Returns mean values (pixels, exposures) of pixels spread over the values of the brightest picture."""
     brightest = means[int(np.argmax([float(mean.mean()) for mean in means]))].ravel()
     order = np.argsort(brightest + rng.uniform(0.0, 1e-3, brightest.size))
     # Even steps in value, not in rank: a plate is mostly of one grey.
@@ -112,7 +115,7 @@ def _pixels(means: list[Floats], rng: np.random.Generator) -> Floats:
 
 
 def _solve(values: Floats, times: Floats, usable: NDArray[np.bool_]) -> tuple[Floats, float]:
-    """g at the knots, scaled to g(255) = 1, and the RMS residual.
+    """Returns g at the knots, scaled to g(255) = 1, and the RMS residual.
 
     The scale of light is free. It is fixed by the mean of g over all samples, because fixing it at one knot would let
     the others shrink to nothing.
@@ -142,7 +145,9 @@ def _solve(values: Floats, times: Floats, usable: NDArray[np.bool_]) -> tuple[Fl
 
 
 def fit_noise(exposed: Exposed, curve: ToneCurve) -> Noise | None:
-    """Shot and read noise in linear light: variance = signal / full scale + read noise² (the photon transfer curve).
+    """Returns shot and read noise in linear light.
+
+    The variance is signal / full scale + read noise² (the photon transfer curve).
 
     Rounding to whole values is taken out. None when the picture has too little range to tell the two apart.
     """

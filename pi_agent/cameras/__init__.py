@@ -52,7 +52,7 @@ class CameraInfo:
         return Shutter(self.line_ns, self.exposure_ns, -self.line_ns * (self.height_px - 1) / 2)
 
     def __str__(self) -> str:
-        """One line for the log."""
+        """Returns one line for the log."""
         line = f", {self.line_ns / 1000:.2f} µs a row" if self.line_ns else ""
         return (
             f"{self.name}: {self.width_px} x {self.height_px} at {self.rate_hz:.2f} Hz, {self.shutter} shutter{line}, "
@@ -91,7 +91,7 @@ class Camera(Protocol):
         ...
 
     def read(self, timeout_s: float) -> Frame | None:
-        """The newest frame that was not read yet: frames that nobody fetched are counted, never queued.
+        """Returns the newest frame that was not read yet: frames that nobody fetched are counted, never queued.
 
         None after `timeout_s` without a frame.
 
@@ -116,12 +116,12 @@ class CameraContext:
 
 
 def camera_names() -> tuple[str, ...]:
-    """The drivers that there are: the files of this folder."""
+    """Returns the drivers that there are: the files of this folder."""
     return tuple(sorted(module.name for module in pkgutil.iter_modules(__path__)))
 
 
 def load_camera(context: CameraContext) -> Camera:
-    """The camera that `[camera] driver` names, not yet open; no other driver's file is read.
+    """Loads the camera that `[camera] driver` names, not yet open; no other driver's file is read.
 
     Raises:
         UserError: if there is no such driver, its library is missing, or its options are wrong.

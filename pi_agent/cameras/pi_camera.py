@@ -70,7 +70,7 @@ class PiCamera:
         self._seq, self._dropped, self._stamp_ns = -1, 0, 0
 
     def open(self) -> CameraInfo:
-        """See `Camera.open`."""
+        """Starts the camera on the ribbon cable through picamera2, and says what it really does."""
         self._picamera2 = _library()
         number = self._options.camera_number
         found = self._picamera2.Picamera2.global_camera_info()
@@ -94,7 +94,7 @@ class PiCamera:
         return self._info
 
     def read(self, timeout_s: float) -> Frame | None:
-        """See `Camera.read`."""
+        """Returns the newest frame with the time of its middle; None if none came within `timeout_s`."""
         self._let_go()
         metadata = self._fetch(timeout_s)
         if metadata is None or self._info is None:
@@ -111,7 +111,7 @@ class PiCamera:
         )
 
     def close(self) -> None:
-        """See `Camera.close`."""
+        """Stops the camera and gives it back; harmless when it is not open."""
         camera, self._camera = self._camera, None
         if camera is None:
             return
@@ -125,7 +125,7 @@ class PiCamera:
             camera.close()
 
     def _straight_tuning(self, model: str) -> dict[str, Any] | None:
-        """The sensor's tuning with a straight tone curve; None if the system has no file for it."""
+        """Returns the sensor's tuning with a straight tone curve; None if the system has no file for it."""
         library = self._picamera2.Picamera2
         for name in (f"{model}.json", f"{model}_mono.json"):
             with suppress(RuntimeError, KeyError, StopIteration):
@@ -232,7 +232,7 @@ class PiCamera:
         return metadata
 
     def _luminance(self) -> Image:
-        """The Y plane (height, width) of the frame that is held: a view into its buffer, without its padding."""
+        """Gives the Y plane (height, width) of the frame that is held: a view into its buffer, without its padding."""
         self._mapped = self._picamera2.MappedArray(self._held, "main", write=False)
         plane = self._mapped.__enter__().array
         return np.asarray(plane[: self._config.height_px, : self._config.width_px])
@@ -252,7 +252,7 @@ class PiCamera:
 
 
 def _library() -> Any:
-    """picamera2; looked for anew each time, so that installing it mends a running agent as a cable does."""
+    """Returns picamera2; looked for anew each time, so that installing it mends a running agent as a cable does."""
     # libcamera prints a page at every start unless it is told not to.
     os.environ.setdefault("LIBCAMERA_LOG_LEVELS", "*:WARN")
     importlib.invalidate_caches()
@@ -266,5 +266,5 @@ def _library() -> Any:
 
 
 def build(context: CameraContext) -> PiCamera:
-    """The Pi's camera of a rig."""
+    """Builds the Pi's camera of a rig."""
     return PiCamera(context)

@@ -54,7 +54,7 @@ class SyntheticCamera:
         self._came.set()
 
     def open(self) -> CameraInfo:
-        """See `Camera.open`."""
+        """Makes the renderer if there is none yet, and begins to count frames anew."""
         if self._view is None:
             self._view = SyntheticView(self._rig, rng=np.random.default_rng(self._options.seed), options=self._options)
         self._start_ns = self._last_scene_ns = self._clock.now_ns()
@@ -62,7 +62,11 @@ class SyntheticCamera:
         return self._view.info
 
     def read(self, timeout_s: float) -> Frame | None:
-        """See `Camera.read`."""
+        """Waits for the next moment of the frame rate and draws the twin's scene at it; None after `timeout_s`.
+
+        Raises:
+            UserError: if it is not open, or no usable scene comes from the twin.
+        """
         if self._view is None:
             raise UserError("Expected an open camera, got one that is closed")
         deadline_ns = self._clock.now_ns() + round(timeout_s * 1e9)
@@ -80,7 +84,7 @@ class SyntheticCamera:
         return None
 
     def close(self) -> None:
-        """See `Camera.close`."""
+        """Drops the scenes that have arrived."""
         self._arrived.clear()
         self._scenes.clear()
 
@@ -103,7 +107,10 @@ class SyntheticCamera:
         return capture_ns
 
     def _moment_of(self, scene: TwinScene, due_ns: int) -> int:
-        """The frame's moment: its scene's, if that came in time. The first frames set the phase by their scenes."""
+        """Returns the frame's moment: its scene's, if that came in time.
+
+        The first frames set the phase by their scenes.
+        """
         period_ns = 1e9 / self._rig.camera.rate_hz
         if abs(scene.stamp_ns - due_ns) > 0.75 * period_ns:
             return due_ns
@@ -112,7 +119,7 @@ class SyntheticCamera:
         return scene.stamp_ns
 
     def _scenes_about(self, due_ns: int) -> list[TwinScene]:
-        """The scene of a moment, after the two before it; the last ones when it did not come in time."""
+        """Returns the scene of a moment, after the two before it; the last ones when it did not come in time."""
         capture_ns = due_ns - round(EARLY * 1e9 / self._rig.camera.rate_hz)
         give_up = time.monotonic() + PATIENCE_S
         while True:
@@ -152,5 +159,5 @@ class SyntheticCamera:
 
 
 def build(context: CameraContext) -> SyntheticCamera:
-    """The synthetic camera of a rig."""
+    """Builds the synthetic camera of a rig."""
     return SyntheticCamera(context)

@@ -69,7 +69,7 @@ class _Grabber:
         self._thread.start()
 
     def take(self, timeout_s: float) -> tuple[Image, int, int] | None:
-        """The newest frame, its stamp (ns, CLOCK_MONOTONIC) and its number; None when none came in time."""
+        """Returns the newest frame, its stamp (ns, CLOCK_MONOTONIC) and its number; None when none came in time."""
         with self._news:
             self._news.wait_for(lambda: self._newest is not None or self.ended, timeout_s)
             newest, self._newest = self._newest, None
@@ -107,7 +107,7 @@ class UsbCamera:
         self._fetched, self._first = 0, 0
 
     def open(self) -> CameraInfo:
-        """See `Camera.open`."""
+        """Opens the source with OpenCV, adjusts it, and measures its frame rate."""
         self.close()
         options, config = self._options, self._config
         device = int(options.device) if options.device.isdigit() else options.device
@@ -143,7 +143,7 @@ class UsbCamera:
         )
 
     def read(self, timeout_s: float) -> Frame | None:
-        """See `Camera.read`."""
+        """Returns the newest frame that a thread has taken off the source; None if none came within `timeout_s`."""
         if self._grabber is None:
             raise UserError("Expected an open camera, got one that is closed")
         taken = self._grabber.take(timeout_s)
@@ -158,7 +158,7 @@ class UsbCamera:
         return Frame(image, capture_ns, seq, seq + 1 - self._fetched)
 
     def close(self) -> None:
-        """See `Camera.close`."""
+        """Ends the thread and gives the source back; harmless when it is not open."""
         grabber, self._grabber = self._grabber, None
         if grabber is not None:
             grabber.stop()
@@ -182,7 +182,7 @@ class UsbCamera:
             source.set(name, value)
 
     def _measure(self, grabber: _Grabber) -> tuple[float, Image]:
-        """The rate that frames really come at, and one of them."""
+        """Returns the rate that frames really come at, and one of them."""
         stamps: list[int] = []
         image: Image | None = None
         while len(stamps) < MEASURED_FRAMES:
@@ -198,7 +198,7 @@ class UsbCamera:
 
 
 def grey(image: np.ndarray) -> Image:
-    """The luminance (height, width) of what OpenCV retrieved: grey, luminance and chroma in turns, or colours.
+    """Returns the luminance (height, width) of what OpenCV retrieved: grey, luminance and chroma in turns, or colours.
 
     `image` (height, width) or (height, width, channels) has 8-bit values.
     """
@@ -210,13 +210,13 @@ def grey(image: np.ndarray) -> Image:
 
 
 def _stamp_ns(source: cv2.VideoCapture, now_ns: int) -> int:
-    """The moment at which the kernel stamped the frame (V4L2 gives that in POS_MSEC), or else now."""
+    """Returns the moment at which the kernel stamped the frame (V4L2 gives that in POS_MSEC), or else now."""
     stamp_ns = round(1e6 * source.get(cv2.CAP_PROP_POS_MSEC))
     return stamp_ns if 0 < now_ns - stamp_ns < LARGEST_AGE_NS else now_ns
 
 
 def _read_back(source: cv2.VideoCapture, *, exposure_ms: float, gain: float) -> tuple[float, float]:
-    """Exposure (ms) and gain as the driver tells them, or as they were asked for where it does not."""
+    """Reads exposure (ms) and gain as the driver tells them, or as they were asked for where it does not."""
     reported, reported_gain = source.get(cv2.CAP_PROP_EXPOSURE), source.get(cv2.CAP_PROP_GAIN)
     return (1e3 * EXPOSURE_UNIT_S * reported if reported > 0 else exposure_ms), (
         reported_gain if reported_gain > 0 else gain
@@ -224,5 +224,5 @@ def _read_back(source: cv2.VideoCapture, *, exposure_ms: float, gain: float) -> 
 
 
 def build(context: CameraContext) -> UsbCamera:
-    """The USB camera of a rig."""
+    """Builds the USB camera of a rig."""
     return UsbCamera(context)

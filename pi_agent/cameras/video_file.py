@@ -53,7 +53,7 @@ class VideoFileCamera:
         self._ended = False
 
     def open(self) -> CameraInfo:
-        """See `Camera.open`."""
+        """Opens the video or the folder of pictures at its first frame."""
         if self._ended:
             raise UserError(f"{self._path} has been played to its end: start the agent anew, or set loop = true")
         pictures, own_hz = open_pictures(self._path)
@@ -76,7 +76,10 @@ class VideoFileCamera:
         )
 
     def read(self, timeout_s: float) -> Frame | None:
-        """See `Camera.read`."""
+        """Waits until the next picture is due, skips those that have passed, and returns it.
+
+        None if the next one is due later than `timeout_s`.
+        """
         due_ns = self._start_ns + round(self._seq * self._period_ns)
         wait_s = (due_ns - self._clock.now_ns()) * 1e-9
         if wait_s > timeout_s:
@@ -89,7 +92,7 @@ class VideoFileCamera:
         return Frame(image, self._start_ns + round(seq * self._period_ns), seq, self._dropped)
 
     def close(self) -> None:
-        """See `Camera.close`."""
+        """Lets go of the pictures."""
         self._pictures, self._next = iter(()), None
 
     def _skip_passed(self) -> None:
@@ -100,7 +103,7 @@ class VideoFileCamera:
             self._dropped += 1
 
     def _take(self) -> Image:
-        """The next picture; at the end the first one again, or the end.
+        """Returns the next picture; at the end the first one again, or the end.
 
         Raises:
             UserError: at the end.
@@ -117,7 +120,7 @@ class VideoFileCamera:
 
 
 def open_pictures(path: Path, *, setting: str = "path in [camera.options]") -> tuple[Iterator[Image], float]:
-    """The grey pictures (height, width) uint8 of a video or a folder, and the video's own rate (0: none).
+    """Returns the grey pictures (height, width) uint8 of a video or a folder, and the video's own rate (0: none).
 
     `setting`: where the user has named it.
 
@@ -140,7 +143,7 @@ def open_pictures(path: Path, *, setting: str = "path in [camera.options]") -> t
 
 
 def quieten_decoders() -> None:
-    """One sentence of ours says what is wrong with a file: OpenCV and ffmpeg would write theirs at every try."""
+    """Silences OpenCV and ffmpeg, which would write at every try: a sentence of ours says what is wrong with a file."""
     set_level = getattr(cv2, "setLogLevel", None) or cv2.utils.logging.setLogLevel  # OpenCV 4 has it at another place
     set_level(0)
     os.environ["OPENCV_FFMPEG_LOGLEVEL"] = "-8"
@@ -169,5 +172,5 @@ def _frames(video: cv2.VideoCapture) -> Iterator[Image]:
 
 
 def build(context: CameraContext) -> VideoFileCamera:
-    """The video camera of a rig."""
+    """Builds the video camera of a rig."""
     return VideoFileCamera(context)

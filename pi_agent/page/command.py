@@ -83,7 +83,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _bus(rig: RigConfig, clock: SystemClock) -> ZenohBus:
-    """The rig's bus, over which the synthetic camera hears of the twin.
+    """Returns the rig's bus, over which the synthetic camera hears of the twin.
 
     Raises:
         UserError: if its endpoint is taken, as it is while the camera agent runs.

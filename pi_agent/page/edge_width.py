@@ -23,7 +23,7 @@ CALMED_PX, STEEPEST = 1.0, 0.999
 
 
 def edge_blur_px(image: Image, corners_px: Floats) -> float:
-    """The standard deviation of the lens's blur by a mark's edges, in pixels; NaN where no edge stands out.
+    """Returns the standard deviation of the lens's blur by a mark's edges, in pixels; NaN where no edge stands out.
 
     Args:
         image: the picture (height, width).
@@ -36,7 +36,7 @@ def edge_blur_px(image: Image, corners_px: Floats) -> float:
 
 
 def _across(image: Image, start: Floats, end: Floats) -> Floats:
-    """The mean profile across an edge, from one side to the other in steps of `STEP_PX`."""
+    """Returns the mean profile across an edge, from one side to the other in steps of `STEP_PX`."""
     along = (end - start) / np.hypot(*(end - start))
     offsets = np.arange(-REACH_PX, REACH_PX + STEP_PX / 2, STEP_PX)
     at = start + ALONG[:, None, None] * (end - start) + offsets[None, :, None] * np.array([-along[1], along[0]])
@@ -46,7 +46,7 @@ def _across(image: Image, start: Floats, end: Floats) -> Floats:
 
 
 def _width_px(profile: Floats) -> float:
-    """The distance between the two shares of the step's height, along a profile with one step."""
+    """Returns the distance between the two shares of the step's height, along a profile with one step."""
     ends = max(round(1.0 / STEP_PX), 1)
     low, high = profile[:ends].mean(), profile[-ends:].mean()
     if abs(high - low) < LEAST_STEP:
@@ -56,7 +56,7 @@ def _width_px(profile: Floats) -> float:
 
 
 def _crossing(rising: Floats, level: float) -> float:
-    """The place, in steps, at which a profile that goes from 0 to 1 first reaches a level; NaN if never."""
+    """Returns the place, in steps, at which a profile that goes from 0 to 1 first reaches a level; NaN if never."""
     above = np.flatnonzero(rising >= level)
     if not len(above) or above[0] == 0:
         return float("nan")
@@ -66,7 +66,7 @@ def _crossing(rising: Floats, level: float) -> float:
 
 
 def steepness(image: Image) -> float:
-    """The slope of a picture's steepest edges by its contrast: it is largest in focus, whatever is seen.
+    """Returns the slope of a picture's steepest edges by its contrast: it is largest in focus, whatever is seen.
 
     Only pictures of one scene can be compared.
 

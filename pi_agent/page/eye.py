@@ -88,7 +88,7 @@ class Eye:
         return len(list(self._boards.glob("board-*.png")))
 
     def state(self) -> dict[str, Any]:
-        """Everything that changes, for the page."""
+        """Returns everything that changes, for the page."""
         seen, info, kept = self.seen, self._info, self.kept
         return {
             "rig": self._context.rig.id,

@@ -36,7 +36,7 @@ class Light:
 
 
 def light_of(image: Image, *, exposure_ms: float, px_per_mm: float) -> Light:
-    """The light in the picture `image` (height, width), 8-bit grey values, that was exposed so long."""
+    """Returns the light in the picture `image` (height, width), 8-bit grey values, that was exposed so long."""
     counts = np.bincount(image.ravel(), minlength=256) / image.size
     white = float(np.searchsorted(np.cumsum(counts), BRIGHTEST))
     saturated, black = float(counts[WHITE:].sum()), float(counts[: BLACK + 1].sum())

@@ -31,7 +31,7 @@ class Seen:
     fault: str
 
     def as_json(self) -> dict[str, Any]:
-        """Everything but the picture itself, for JSON."""
+        """Returns everything but the picture itself, for JSON."""
         places = [list(one.corners_px) for one in (self.corners, *self.fiducials) if one.found]
         blur = None if math.isnan(self.blur_px) else round(self.blur_px, 3)
         height, width = self.image.shape

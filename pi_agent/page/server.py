@@ -58,7 +58,7 @@ class _Handler(Handler):
         return self._server.eye
 
     def look(self, path: str, query: Mapping[str, list[str]]) -> bool:
-        """See `Handler.look`."""
+        """Answers a request for a picture or for the calibration; returns false if there is none, or for any other."""
         del query
         shown: dict[str, Callable[[], bytes | None]] = {
             "/picture.jpg": lambda: _of(self._eye.seen, lambda seen: encode(seen.image, quality=_QUALITY)),
@@ -74,7 +74,7 @@ class _Handler(Handler):
         return True
 
     def news(self) -> Iterator[tuple[str, Any]]:
-        """See `Handler.news`."""
+        """Yields the camera's state when it has changed."""
         last = None
         while not self._server.closing.is_set():
             state = self._eye.state()
@@ -84,7 +84,7 @@ class _Handler(Handler):
             self._server.closing.wait(_EVERY_S)
 
     def act(self, name: str, asked: Mapping[str, Any]) -> None:
-        """See `Handler.act`."""
+        """Sets the exposure, keeps a view of the board, or calibrates."""
         if name == "expose":
             self._eye.expose(read.number(asked, "exposure_ms"))
         elif name == "board":
@@ -96,7 +96,7 @@ class _Handler(Handler):
 
 
 def about_mark(seen: Seen) -> Image:
-    """The part of a picture (height, width) about the mark, or its middle, each pixel drawn large."""
+    """Returns the part of a picture (height, width) about the mark, or its middle, each pixel drawn large."""
     height, width = seen.image.shape
     middle, half = np.array([width / 2, height / 2]), float(_ABOUT_PX)
     if seen.corners.found:

@@ -25,11 +25,17 @@ class _Pieces(NamedTuple):
 def polygon_coverage(
     starts: Floats, ends: Floats, layer: Integers, *, layers: int, shape: tuple[int, int]
 ) -> NDArray[np.float32]:
-    """Fraction of each pixel covered, per layer.
+    """Returns the fraction of each pixel covered, per layer: (layers, *shape), 0 to 1.
 
-    `starts`, `ends`: (rows or 1, edges, 2) ends of the directed edges, x and y in pixels with the corner of the
-    top-left pixel at (0, 0); polygons of one layer must not overlap, run clockwise as seen (y down), and lie inside
-    the patch in x. `layer`: (edges,) the layer of each edge. Returns (layers, *shape) in 0…1.
+    Polygons of one layer must not overlap, run clockwise as seen (y down), and lie inside the patch in x.
+
+    Args:
+        starts: (r, edges, 2) where the directed edges begin in each of r rows, or in all of them for r = 1, px; the
+            top-left pixel's corner is the origin.
+        ends: (r, edges, 2) where they end, px.
+        layer: (edges,) the layer of each edge.
+        layers: the number of layers.
+        shape: the patch's height and width, px.
     """
     pieces = _cut_at_rows(starts, ends, layer, rows=shape[0])
     return _accumulate(_cut_at_columns(pieces), layers=layers, shape=shape)
@@ -50,7 +56,7 @@ def _cut_at_rows(starts: Floats, ends: Floats, layer: Integers, *, rows: int) ->
 
 
 def _cut_at_columns(pieces: _Pieces) -> tuple[Integers, Integers, Floats, Floats]:
-    """Row line, column, signed height and mean x within the cell of every part of an edge inside one pixel."""
+    """Gives the row line, column, signed height and mean x within the cell of every part of an edge in one pixel."""
     first = np.floor(pieces.left).astype(np.int64)
     count = np.floor(pieces.right).astype(np.int64) - first + 1
     piece = np.repeat(np.arange(len(first)), count)

@@ -31,7 +31,7 @@ QUICK_BASE = Quality(fine=1, instants=1)
 
 
 def render(scene: Scene, pose: Pose, *, rng: np.random.Generator, sag_px: Shift = NO_SHIFT) -> tuple[Frame, Floats]:
-    """One frame (600, 600) uint8 and its true corners (4, 2), each at its own row's time.
+    """Returns one frame (600, 600) uint8 and its true corners (4, 2), each at its own row's time.
 
     `sag_px`: the whole image's shift, camera sag, as (x, y).
     """
@@ -50,7 +50,10 @@ class ExactRenderer:
         self._painted_at: tuple[Pose | None, Shift, Image] | None = None
 
     def in_scene(self, scene: Scene) -> "ExactRenderer":
-        """A renderer of another scene; what this one has painted is not painted anew where only the light differs."""
+        """Returns a renderer of another scene.
+
+        What this one has painted is not painted anew where only the light differs.
+        """
         other = ExactRenderer(scene, quality=self.quality)
         relit = replace(scene, light=self.scene.light, glare=self.scene.glare, shadows=self.scene.shadows)
         if scene.plate is self.scene.plate and relit == self.scene:
@@ -58,13 +61,19 @@ class ExactRenderer:
         return other
 
     def render(self, pose: Pose, *, rng: np.random.Generator, sag_px: Shift = NO_SHIFT) -> tuple[Frame, Floats]:
-        """The frame (FRAME_PX, FRAME_PX), pixel values, at the pose and the true corners (4, 2), px; see `render`."""
+        """Returns the frame (FRAME_PX, FRAME_PX), pixel values, at the pose and the true corners (4, 2), px.
+
+        See `render`.
+        """
         normal = rng.standard_normal((FRAME_PX, FRAME_PX), dtype=np.float32)
         frame = expose(self.light(pose, sag_px=sag_px), normal, sensor=self.scene.sensor, table=self._table)
         return frame, corners_px(self.scene, pose, sag_px=sag_px)
 
     def light(self, pose: Pose | None, *, sag_px: Shift = NO_SHIFT) -> Image:
-        """Light (FRAME_PX, FRAME_PX) on the sensor, 1 at full scale, without noise; no block if `pose` is None."""
+        """Returns light (FRAME_PX, FRAME_PX) on the sensor, 1 at full scale, without noise.
+
+        It is without the block if `pose` is None.
+        """
         return self._painted(pose, sag_px) * self._gain + self._glare
 
     def _painted(self, pose: Pose | None, sag_px: Shift) -> Image:
@@ -95,7 +104,7 @@ class ExactRenderer:
 
 
 def still_coats(scene: Scene) -> tuple[Coat, ...]:
-    """The plate's fiducials and clutter, in the order of painting."""
+    """Returns the plate's fiducials and clutter, in the order of painting."""
     fiducials = tuple(
         mark_coat(scene, spot.mark, Pose(spot.x_mm, spot.y_mm, spot.yaw_rad), height_mm=0.0) for spot in scene.fiducials
     )
@@ -103,12 +112,12 @@ def still_coats(scene: Scene) -> tuple[Coat, ...]:
 
 
 def occluder_coats(scene: Scene) -> tuple[Coat, ...]:
-    """The things that lie over the block."""
+    """Returns the things that lie over the block."""
     return (Coat(collect_edges(scene.occluders)),) if scene.occluders else ()
 
 
 def still_image(scene: Scene, *, sag_px: Shift, quality: Quality) -> Image:
-    """Reflectance (FRAME_PX, FRAME_PX) of all that does not move, through the lens."""
+    """Returns the reflectance (FRAME_PX, FRAME_PX) of all that does not move, through the lens."""
     ground = plate_patch(scene.plate, WHOLE_FRAME, sag_px=sag_px)
     coats = (*still_coats(scene), *occluder_coats(scene))
     still = np.zeros(1)

@@ -50,7 +50,7 @@ class FastRenderer:
         self._bank = self._frames(still_image(scene, sag_px=NO_SHIFT, quality=EXACT))
 
     def render(self, pose: Pose | None, *, sag_px: Shift = NO_SHIFT) -> tuple[Frame, Floats]:
-        """A new frame (600, 600) uint8 and the true corners (4, 2; empty without a pose)."""
+        """Returns a new frame (600, 600) uint8 and the true corners (4, 2; empty without a pose)."""
         self._follow_sag(sag_px)
         frame = self._bank[int(self._rng.integers(len(self._bank)))].copy()
         if pose is None:
@@ -86,7 +86,7 @@ class FastRenderer:
         return patch_around(reach + np.asarray(sag_px), margin=3 + int(np.ceil(3 * scene.optics.blur_px)))
 
     def _coats_near(self, patch: Patch) -> tuple[Coat, ...]:
-        """Clutter and fiducials, when the block is near enough for them to be seen in its patch."""
+        """Returns clutter and fiducials, when the block is near enough for them to be seen in its patch."""
         if self.scene.clutter:
             return still_coats(self.scene)
         near = [

@@ -12,7 +12,7 @@ TONE_STEPS = 4096
 
 
 def illumination(scene: Scene) -> tuple[Image, Image]:
-    """The factor (h, w) on reflectance by light, vignetting and shadows, and the glare (h, w) that is added."""
+    """Returns the factor (h, w) on reflectance by light, vignetting and shadows, and the glare (h, w) that is added."""
     y, x = np.mgrid[0:FRAME_PX, 0:FRAME_PX].astype(np.float32)
     cx, cy = scene.optics.centre_px
     radius2 = ((x - cx) ** 2 + (y - cy) ** 2) / (2 * (FRAME_PX / 2) ** 2)
@@ -29,15 +29,18 @@ def illumination(scene: Scene) -> tuple[Image, Image]:
 
 
 def tone_table(sensor: Sensor) -> NDArray[np.float32]:
-    """Pixel values (TONE_STEPS,), not rounded, of light in steps of 1 / (TONE_STEPS − 1)."""
+    """Returns pixel values (TONE_STEPS,), not rounded, of light in steps of 1 / (TONE_STEPS − 1)."""
     return sensor.tone.to_value(np.linspace(0.0, 1.0, TONE_STEPS, dtype=np.float32)).astype(np.float32)
 
 
 def expose(light: Image, normal: Image, *, sensor: Sensor, table: NDArray[np.float32]) -> Frame:
-    """Pixel values (h, w) of light with shot and read noise.
+    """Returns pixel values (h, w) of light with shot and read noise.
 
-    `light` (h, w): 1 is full scale; `normal` (h, w): normal deviates; `table` (n,): what `tone_table` gives, pixel
-    values.
+    Args:
+        light: (h, w) light on the sensor, 1 at full scale.
+        normal: (h, w) normal deviates.
+        sensor: the noise of the sensor.
+        table: (n,) what `tone_table` gives, pixel values.
     """
     signal = np.maximum(light, 0.0)
     deviation = np.sqrt(signal * (1.0 / sensor.full_scale_e) + (sensor.read_noise_e / sensor.full_scale_e) ** 2)

@@ -36,13 +36,13 @@ class Ink:
 
 
 def mark_layers(mark: Mark, ink: Ink) -> tuple[Layer, ...]:
-    """The layers that are painted, in order: margin, dark square, feature."""
+    """Returns the layers that are painted, in order: margin, dark square, feature."""
     margin = (Layer((mark.outline_mm(),), ink.white),) if mark.margin > 0 else ()
     return (*margin, Layer((mark.corners_mm(),), ink.dark), *_feature(mark, ink))
 
 
 def disc(radius: float, *, sides: int = 48) -> Points:
-    """A regular polygon (sides, 2) of the disc's area, clockwise as seen."""
+    """Returns a regular polygon (sides, 2) of the disc's area, clockwise as seen."""
     angle = np.arange(sides) * (2 * np.pi / sides)
     scale = radius * np.sqrt(2 * np.pi / sides / np.sin(2 * np.pi / sides))
     return scale * np.stack([np.cos(angle), np.sin(angle)], axis=1)

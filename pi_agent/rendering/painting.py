@@ -67,7 +67,7 @@ class Coat:
 
 
 def mark_coat(scene: Scene, mark: Mark, pose: Pose, *, height_mm: float) -> Coat:
-    """A mark at a pose, ready to be painted."""
+    """Returns a mark at a pose, ready to be painted."""
     return Coat(_mark_edges(mark, scene.ink, scene.optics.radial != 0), pose, height_mm)
 
 
@@ -96,7 +96,7 @@ FAST_AT_REST = Quality(fine=2, instants=1)
 
 
 def patch_around(points: Floats, *, margin: int) -> Patch:
-    """The whole pixels around the points (…, 2), `margin` more on every side, within the padded frame."""
+    """Returns the whole pixels around the points (…, 2), `margin` more on every side, within the padded frame."""
     flat = points.reshape(-1, 2)
     low = np.clip(np.floor(flat.min(axis=0)).astype(int) - margin, -PAD_PX, FRAME_PX + PAD_PX - 1)
     high = np.clip(np.ceil(flat.max(axis=0)).astype(int) + margin + 1, low + 1, FRAME_PX + PAD_PX)
@@ -104,7 +104,7 @@ def patch_around(points: Floats, *, margin: int) -> Patch:
 
 
 def exposure_instants(scene: Scene, pose: Pose, *, quality: Quality) -> Floats:
-    """Times (k,), s about the middle of the exposure, of the images that are averaged: one for a still block."""
+    """Gives times (k,), s about the middle of the exposure, of the images that are averaged: one for a still block."""
     if pose.is_still or scene.shutter.exposure_ns == 0:
         return np.zeros(1)
     exposure_s = scene.shutter.exposure_ns * 1e-9
@@ -119,7 +119,7 @@ def exposure_instants(scene: Scene, pose: Pose, *, quality: Quality) -> Floats:
 
 
 def fast_quality(instants: Floats) -> Quality:
-    """The resolution of a live picture: with sub-pixels where no motion within the exposure blurs it.
+    """Returns the resolution of a live picture: with sub-pixels where no motion within the exposure blurs it.
 
     `instants` (k,), s, are those of `exposure_instants`.
     """
@@ -136,10 +136,18 @@ def paint(
     quality: Quality,
     sag_px: tuple[float, float] = (0.0, 0.0),
 ) -> Image:
-    """The coats over `ground` (height, width), reflectance, blurred by the lens.
+    """Returns the coats over `ground` (height, width), reflectance, blurred by the lens.
 
-    The ground is as large as the patch, as is the result, and not blurred. `instants` (k,), s about the middle of the
-    exposure, are the points in time whose images are averaged.
+    The result is as large as the patch.
+
+    Args:
+        ground: (height, width) the ground's reflectance, not blurred, as large as the patch.
+        coats: what is painted over the ground, in this order.
+        scene: where everything is.
+        patch: the part of the frame that is painted.
+        instants: (k,) the points in time whose images are averaged, s about the middle of the exposure.
+        quality: the resolution of the picture.
+        sag_px: how far the picture is shifted by a camera that sags, x and y, px.
     """
     fine = quality.fine
     base = np.repeat(np.repeat(ground, fine, axis=0), fine, axis=1) if fine > 1 else ground
@@ -161,7 +169,10 @@ def _paint_instant(
     fine: int,
     sag_px: tuple[float, float],
 ) -> Image:
-    """One point in time: all coats' edges go through one accumulation; layers that lie elsewhere are left out."""
+    """Paints one point in time: all coats' edges go through one accumulation.
+
+    Layers that lie elsewhere are left out.
+    """
     rows = patch.top + (np.arange(patch.height * fine) + 0.5) / fine - 0.5
     origin = np.array([patch.left - 0.5, patch.top - 0.5]) - np.asarray(sag_px)
     seen = [coat.seen(scene, rows, instant_s) for coat in coats]
@@ -183,7 +194,7 @@ def _paint_instant(
 
 
 def _within(starts: Floats, layer: NDArray[np.int64], *, layers: int, size: tuple[int, int]) -> NDArray[np.bool_]:
-    """The layers (layers,) that have a polygon which may reach into a patch of `size`, by the box around each layer."""
+    """Gives the layers (layers,) with a polygon that may reach into a patch of `size`, by the box around each layer."""
     low, high = np.full((layers, 2), np.inf), np.full((layers, 2), -np.inf)
     np.minimum.at(low, layer, starts.min(axis=0))
     np.maximum.at(high, layer, starts.max(axis=0))
@@ -191,9 +202,12 @@ def _within(starts: Floats, layer: NDArray[np.int64], *, layers: int, size: tupl
 
 
 def composite(base: Image, covered: NDArray[np.float32], reflectances: tuple[float, ...]) -> Image:
-    """The layers painted one after another over `base` (height, width), reflectance, in the same shape.
+    """Returns the layers painted one after another over `base` (height, width), reflectance, in the same shape.
 
-    `covered` (layers, height, width): the share of each pixel that each layer covers.
+    Args:
+        base: (height, width) what is painted over, reflectance.
+        covered: (layers, height, width) the share of each pixel that each layer covers, 0 to 1.
+        reflectances: the reflectance of each layer.
     """
     image = base
     for cover, reflectance in zip(covered, reflectances, strict=True):
@@ -202,7 +216,10 @@ def composite(base: Image, covered: NDArray[np.float32], reflectances: tuple[flo
 
 
 def blur(image: Image, sigma: float) -> Image:
-    """Gaussian spread of the lens in `image` (h, w), reflectance, in the same shape; none if `sigma` is 0 px."""
+    """Spreads light as the lens does, by a Gaussian, in `image` (h, w), reflectance, in the same shape.
+
+    It does nothing at `sigma` 0 px.
+    """
     if sigma <= 0:
         return image
     size = 2 * int(np.ceil(4 * sigma)) + 1
@@ -210,7 +227,7 @@ def blur(image: Image, sigma: float) -> Image:
 
 
 def shrink(image: Image, fine: int) -> Image:
-    """The sensor's pixels (h / fine, w / fine), as means of sub-pixels of `image` (h, w), in the unit of that."""
+    """Gives the sensor's pixels (h / fine, w / fine), as means of sub-pixels of `image` (h, w), in the unit of that."""
     if fine == 1:
         return image
     rows, columns = image.shape[0] // fine, image.shape[1] // fine
@@ -218,7 +235,7 @@ def shrink(image: Image, fine: int) -> Image:
 
 
 def plate_patch(plate: Plate, patch: Patch, *, sag_px: tuple[float, float]) -> Image:
-    """The plate's own reflectance (h, w) under the patch, moved by whole and by fractions of a pixel.
+    """Returns the plate's own reflectance (h, w) under the patch, moved by whole and by fractions of a pixel.
 
     `plate` (height, width), reflectance, begins PAD_PX before the frame.
     """

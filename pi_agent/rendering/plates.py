@@ -17,7 +17,7 @@ SCRATCHES = 12 / 728**2
 
 
 def surface(kind: Surface, *, rng: np.random.Generator, size: int = 600) -> Plate:
-    """A (size + 2 PAD_PX, same) field of reflectance 0…1 of the kind given."""
+    """Returns a (size + 2 PAD_PX, same) field of reflectance 0…1 of the kind given."""
     shape = (size + 2 * PAD_PX, size + 2 * PAD_PX)
     if kind == "wood":
         return _wood(shape, rng)
@@ -25,14 +25,14 @@ def surface(kind: Surface, *, rng: np.random.Generator, size: int = 600) -> Plat
 
 
 def _smooth_noise(shape: tuple[int, int], rng: np.random.Generator, *, sigma: tuple[float, float]) -> Plate:
-    """Gaussian noise of unit deviation, smoothed by (sigma_x, sigma_y) pixels."""
+    """Returns Gaussian noise of unit deviation, smoothed by (sigma_x, sigma_y) pixels."""
     noise = rng.standard_normal(shape, dtype=np.float32)
     field = cv2.GaussianBlur(noise, (0, 0), sigmaX=sigma[0], sigmaY=sigma[1])
     return np.asarray(field / field.std(), dtype=np.float32)
 
 
 def _wood(shape: tuple[int, int], rng: np.random.Generator) -> Plate:
-    """Year rings that wander, fibres along the grain, pores; mean 0.45, deviation about a fifth of it."""
+    """Draws year rings that wander, fibres along the grain, pores; mean 0.45, deviation about a fifth of it."""
     rows = np.arange(shape[0], dtype=np.float32)[:, None]
     wander = 14.0 * _smooth_noise(shape, rng, sigma=(90.0, 25.0))
     rings = np.sin((rows + wander) * np.float32(2 * np.pi / 31.0))
@@ -42,7 +42,7 @@ def _wood(shape: tuple[int, int], rng: np.random.Generator) -> Plate:
 
 
 def _steel(shape: tuple[int, int], rng: np.random.Generator) -> Plate:
-    """Brushed: fine streaks, a broad sheen, a few scratches; mean 0.5."""
+    """Draws brushed steel: fine streaks, a broad sheen, a few scratches; mean 0.5."""
     streaks = _smooth_noise(shape, rng, sigma=(25.0, 0.5))
     grain = _smooth_noise(shape, rng, sigma=(2.0, 0.5))
     columns = np.linspace(-1.0, 1.0, shape[1], dtype=np.float32)[None, :]

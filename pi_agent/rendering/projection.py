@@ -24,7 +24,7 @@ class Edges:
 
 
 def collect_edges(layers: tuple[Layer, ...], *, cuts: int = 1) -> Edges:
-    """All edges of the layers' polygons, each cut into `cuts` equal pieces."""
+    """Returns all edges of the layers' polygons, each cut into `cuts` equal pieces."""
     starts, ends, numbers = [np.zeros((0, 2))], [np.zeros((0, 2))], [np.zeros(0, dtype=np.int64)]
     share = np.arange(cuts)[:, None] / cuts
     for number, layer in enumerate(layers):
@@ -39,7 +39,7 @@ def collect_edges(layers: tuple[Layer, ...], *, cuts: int = 1) -> Edges:
 
 
 def project(points_mm: Floats, pose: Pose, *, optics: Optics, height_mm: float, dt_s: ArrayLike = 0.0) -> Floats:
-    """Pixels (times, n, 2) of `points_mm` (n, 2), mm in the mark's frame, at each time after the capture."""
+    """Returns pixels (times, n, 2) of `points_mm` (n, 2), mm in the mark's frame, at each time after the capture."""
     dt = np.clip(np.atleast_1d(np.asarray(dt_s, dtype=np.float64))[:, None], *pose.moves_s)
     gain_x, gain_y, gain_yaw = (0.5 * gain * dt * dt for gain in pose.gain)
     yaw = pose.yaw_rad + pose.yaw_rate_rad_s * dt + gain_yaw
@@ -54,7 +54,7 @@ def project(points_mm: Floats, pose: Pose, *, optics: Optics, height_mm: float, 
 
 
 def corners_px(scene: Scene, pose: Pose, *, sag_px: tuple[float, float] = (0.0, 0.0)) -> Floats:
-    """The true corners (4, 2) as seen: each at the time at which its own row was exposed."""
+    """Returns the true corners (4, 2) as seen: each at the time at which its own row was exposed."""
     points = scene.mark.corners_mm()
     rows = np.zeros(4)
     seen = np.zeros((4, 2))

@@ -128,14 +128,14 @@ class Scene:
 
 
 def plate_fiducials(*, place_mm: float = 42.0, side_mm: float = 4.0) -> tuple[Fiducial, ...]:
-    """Four plain squares with a white margin in the plate's corners, in the order of a mark's corners."""
+    """Returns four plain squares with a white margin in the plate's corners, in the order of a mark's corners."""
     mark = Mark(side_mm=side_mm, margin=0.25)
     signs = ((-1, -1), (1, -1), (1, 1), (-1, 1))
     return tuple(Fiducial(x * place_mm, y * place_mm, mark=mark) for x, y in signs)
 
 
 def camera_rotation(optics: Optics) -> NDArray[np.float64]:
-    """The homography (3, 3), image to image, of the camera's small rotation about its own centre."""
+    """Returns the homography (3, 3), image to image, of the camera's small rotation about its own centre."""
     focal = optics.px_per_mm * optics.height_mm
     cx, cy = optics.centre_px
     intrinsics = np.array([[focal, 0.0, cx], [0.0, focal, cy], [0.0, 0.0, 1.0]])

@@ -34,14 +34,18 @@ class Acquisition:
         self._dropout = 0
 
     def found(self) -> None:
-        """There is a mark: a dropout ends."""
+        """Notes that there is a mark: a dropout ends."""
         self._dropout = 0
 
     def look(self, frame: Frame, why: validation_gate.Verdict, *, blur_px: float) -> Attempt:
-        """The candidate that is accepted, when it is the only one; else none, and why (`why` when there is none).
+        """Gives the candidate that is accepted, when it is the only one; else none, and why (`why` when there is none).
 
-        It is looked for in `frame` (height, width), 8-bit grey values, the one that the reader has open. `blur_px`:
-        expected blur of the lens. Its corners are named by its shape alone.
+        Its corners are named by its shape alone.
+
+        Args:
+            frame: (height, width) the frame that the reader has open, 8-bit grey values.
+            why: the verdict that is given when there is no candidate.
+            blur_px: the expected blur of the lens, px.
         """
         left, top, width, height = self._config.region_px or (0, 0, frame.shape[1], frame.shape[0])
         part = frame[max(top, 0) : top + height, max(left, 0) : left + width]
@@ -57,7 +61,10 @@ class Acquisition:
         return self._only_one(accepted) if accepted else (None, why)
 
     def _tag_outline(self, part: Frame) -> list[Points]:
-        """The tag by OpenCV's detector, when no outline stands alone: slow, so not in every frame of a dropout."""
+        """Returns the tag by OpenCV's detector, when no outline stands alone.
+
+        That is slow, so it is not done in every frame of a dropout.
+        """
         if self._config.mark.feature != "tag":
             return []
         self._dropout += 1
@@ -91,7 +98,7 @@ class Acquisition:
         return None, validation_gate.Verdict("two marks in this frame: cover one, or set the mark's size")
 
     def without_notch(self, named: Fit, verdict: validation_gate.Verdict) -> Attempt:
-        """The acquisition once more when it has shown where the notch is: no edge is seen in part for that."""
+        """Returns the acquisition once more when it has shown where the notch is: no edge is seen in part for that."""
         if self._task.left_out is None or verdict.reason:
             return named, verdict
         again = refine(self._reader, named.corners, blur_px=named.blur_px, task=self._task, most_passes=MOST_PASSES)
@@ -100,7 +107,7 @@ class Acquisition:
         return again, validation_gate.verdict_on(again, config=self._config, shape=None, way=STILL)
 
     def unknown_path_px(self, fit: Fit, *, blur_px: float) -> float:
-        """The path within the exposure that would make the lens's blur the one that was found."""
+        """Returns the path within the exposure that would make the lens's blur the one that was found."""
         if self._config.shutter.exposure_ns == 0:
             return 0.0
         lens = min(blur_px, float(fit.blur_px.min()))
@@ -108,7 +115,7 @@ class Acquisition:
 
 
 def inside(corners: Points, reader: PixelReader, *, clear_px: int = 2) -> bool:
-    """True if the corners (4,) lie in the frame, `clear_px` clear of its border."""
+    """Returns true if the corners (4,) lie in the frame, `clear_px` clear of its border."""
     x, y = corners.real.tolist(), corners.imag.tolist()
     right, bottom = reader.width - 1 - clear_px, reader.height - 1 - clear_px
     return bool(min(x) > clear_px and min(y) > clear_px and max(x) < right and max(y) < bottom)

@@ -109,7 +109,7 @@ def _track_and_print(path: Path, config: TrackerConfig, args: argparse.Namespace
 
 
 def _pictures_in(path: Path) -> list[Path]:
-    """The path itself, or the pictures in a folder by name; raises UserError when it holds none."""
+    """Returns the path itself, or the pictures in a folder by name; raises UserError when it holds none."""
     if not path.is_dir():
         return [path]
     pictures = sorted(entry for entry in path.iterdir() if entry.suffix.lower() in PICTURES)
@@ -121,7 +121,7 @@ def _pictures_in(path: Path) -> list[Path]:
 
 
 def tracker_config(args: argparse.Namespace) -> TrackerConfig:
-    """The tracker's settings from the options; raises UserError for ones that make no sense."""
+    """Returns the tracker's settings from the options; raises UserError for ones that make no sense."""
     dictionary, _, number = str(args.tag).partition(":")
     if not number.isdigit() or not hasattr(cv2.aruco, f"DICT_{dictionary}"):
         raise UserError(f"--tag: expected an OpenCV dictionary and a number such as APRILTAG_16h5:0, got {args.tag!r}")
@@ -145,7 +145,7 @@ def tracker_config(args: argparse.Namespace) -> TrackerConfig:
 def track_file(
     path: Path, *, config: TrackerConfig, rate_hz: float | None = None
 ) -> Iterator[tuple[Shot, Observation]]:
-    """The observation in each frame of a picture or a video.
+    """Yields the observation in each frame of a picture or a video.
 
     Raises:
         UserError: when it is neither, or after the last frame that can be decoded when there should be more.
@@ -212,7 +212,7 @@ def _large_enough(path: Path, frame: Frame) -> Frame:
 
 
 def marker_corners(seen: Observation, *, seq: int = 0, exposure_ns: int = 0, marker_id: int = 0) -> MarkerCorners:
-    """The message of an observation."""
+    """Returns the message of an observation."""
     known = bool(np.isfinite(seen.corners_px).all())
     return MarkerCorners(
         capture_ns=seen.capture_ns,
@@ -230,13 +230,13 @@ def marker_corners(seen: Observation, *, seq: int = 0, exposure_ns: int = 0, mar
 
 
 def json_line(shot: Shot, seen: Observation, *, exposure_ns: int) -> str:
-    """The path and the fields of MarkerCorners."""
+    """Returns the path and the fields of MarkerCorners."""
     corners = marker_corners(seen, seq=shot.number, exposure_ns=exposure_ns)
     return json.dumps({"path": str(shot.path), **asdict(corners)})
 
 
 def text_line(shot: Shot, seen: Observation) -> str:
-    """The same for people."""
+    """Returns the same for people."""
     place = f"{shot.path} [{shot.number}]"
     if not seen.found:
         return f"{place}: not found: {seen.reason}"

@@ -65,7 +65,7 @@ class Sigmas(NamedTuple):
 
 
 def beside_a_gap(line: lines.LineFit, *, blur_px: float, shortest_px: float) -> NDArray[np.bool_] | None:
-    """Profiles (4, n) that are spoiled by what covers their neighbours; None when none is.
+    """Returns profiles (4, n) that are spoiled by what covers their neighbours; None when none is.
 
     At the end of an edge a single such profile would turn the whole line.
     """
@@ -80,14 +80,20 @@ def beside_a_gap(line: lines.LineFit, *, blur_px: float, shortest_px: float) -> 
 
 
 def _three_on_end(marked: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """The places at which a profile and both its neighbours are marked, without the first and the last (4, n − 2)."""
+    """Returns the places where a profile and both neighbours are marked, without the first and the last (4, n − 2)."""
     return marked[:, 2:] & marked[:, 1:-1] & marked[:, :-2]
 
 
 def bent(line: lines.LineFit, profile_weight: Floats, *, shortest_px: float, texture_px: Floats) -> bool:
-    """True if neighbours on an edge all show an edge on the same side of its line: two edges, and one is not its.
+    """Returns true if neighbours on an edge all show an edge on the same side of its line.
 
-    `profile_weight` (4, n). `texture_px` (4,): the width of each edge by all blur beside a textured plate, else 0.
+    There are then two edges, and one of them is not the mark's.
+
+    Args:
+        line: the lines of the four edges.
+        profile_weight: (4, n) the weight of each profile, 0 to 1.
+        shortest_px: the shortest edge, px.
+        texture_px: (4,) the width of each edge by all blur beside a textured plate, px; else 0.
     """
     beside_line = line.weight < AGREES
     if max(np.add.reduce(beside_line, axis=1).tolist()) < _ENDS.shape[1]:
@@ -113,10 +119,15 @@ def bent(line: lines.LineFit, profile_weight: Floats, *, shortest_px: float, tex
 
 
 def another(line: lines.LineFit, agreeing: Integers, *, contrast: Matrix, dark: Matrix) -> bool:
-    """True if an edge that is seen in part has another contrast than the others, beside a textured plate.
+    """Returns true if an edge that is seen in part has another contrast than the others, beside a textured plate.
 
-    It is that of what covers the edge, unless the dark differs as much: that makes a shadow. `agreeing` (4,): how many
-    profiles agree with their line; `contrast`, `dark` (4, n): of the profiles.
+    It is that of what covers the edge, unless the dark differs as much: that makes a shadow.
+
+    Args:
+        line: the lines of the four edges.
+        agreeing: (4,) how many profiles of each edge agree with its line.
+        contrast: (4, n) the profiles' contrast, of 255.
+        dark: (4, n) the profiles' dark level, of 255.
     """
     whole = WHOLE_EDGE * line.weight.shape[1]
     if min(agreeing.tolist()) > whole:
@@ -126,11 +137,16 @@ def another(line: lines.LineFit, agreeing: Integers, *, contrast: Matrix, dark: 
 
 
 def covering(line: lines.LineFit, agreeing: Integers, *, contrast: Matrix, dark: Matrix) -> bool:
-    """True if an edge that is seen in part has a lighter dark than the others, and not by light, beside an even margin.
+    """Returns true if an edge seen in part has a lighter dark than the others, and not by light, beside an even margin.
 
     What covers an edge along it has an edge of its own, as straight. A shadow changes the dark as it changes the
-    contrast, and a highlight makes the margin as much lighter. `agreeing` (4,): how many profiles agree with their
-    line; `contrast`, `dark` (4, n): light of the profiles, of 255.
+    contrast, and a highlight makes the margin as much lighter.
+
+    Args:
+        line: the lines of the four edges.
+        agreeing: (4,) how many profiles of each edge agree with its line.
+        contrast: (4, n) the profiles' contrast, of 255.
+        dark: (4, n) the profiles' dark level, of 255.
     """
     whole = WHOLE_EDGE * line.weight.shape[1]
     if min(agreeing.tolist()) > whole:
@@ -145,26 +161,26 @@ def covering(line: lines.LineFit, agreeing: Integers, *, contrast: Matrix, dark:
 
 
 def _beside_usual(line: lines.LineFit, values: Matrix) -> Floats:
-    """The distance of each edge's mean (4,) from that of the middle two, in shares."""
+    """Returns the distance of each edge's mean (4,) from that of the middle two, in shares."""
     own = np.add.reduce(line.weight * values, axis=1) / line.moments[:, 0]
     return np.abs(own / max(_middle_two(own), 0.5) - 1.0)
 
 
 def _middle_two(values: Floats) -> float:
-    """The mean of the middle two of four."""
+    """Returns the mean of the middle two of four."""
     _, low, high, _ = sorted(values.tolist())
     return 0.5 * (low + high)
 
 
 def pulled_px2(pull: Floats, line: lines.LineFit, expected: lines.Edges) -> float:
-    """Mean square by which the ends of the edges move by the disagreement `pull` (4, n) of two estimators."""
+    """Gives the mean square by which the ends of the edges move by the disagreement `pull` (4, n) of two estimators."""
     pulled = _pulled_lines(pull, line)
     pulled[:, 1] *= 0.5 * expected.length / expected.free
     return float(np.vdot(pulled, pulled)) / 4
 
 
 def _pulled_lines(pull: Floats, line: lines.LineFit) -> Floats:
-    """Offset and rise (4, 2) of the edges by the disagreement of two estimators.
+    """Returns offset and rise (4, 2) of the edges by the disagreement of two estimators.
 
     What all edges have in common is left out: a blur that is a little off, not uneven light.
     """
@@ -176,11 +192,17 @@ def _pulled_lines(pull: Floats, line: lines.LineFit) -> Floats:
 def out_of_shadow(
     pull: Floats, line: lines.LineFit, expected: lines.Edges, *, contrast: Matrix
 ) -> tuple[Points | None, Points, lines.LineFit]:
-    """Edges beside an even margin on which a shadow's soft edge lies, as the estimator reads them that does not mind.
+    """Reads edges beside an even margin on which a shadow's edge lies, by the estimator that does not mind it.
 
-    How far the corners (4,) move by it (None without a shadow), how far two estimators disagree about them elsewhere,
-    and the lines, with the larger scatter of the points so read. `pull` (4, n): what that estimator adds to
-    the points; `contrast` (4, n): theirs.
+    Args:
+        pull: (4, n) what that estimator adds to the points, px.
+        line: the lines of the four edges.
+        expected: where the edges are expected.
+        contrast: (4, n) the points' contrast, of 255.
+
+    Returns:
+        How far the corners (4,) move by it, px (None without a shadow); how far two estimators disagree about them
+        elsewhere; and the lines, with the larger scatter of the points so read.
     """
     pulled = _pulled_lines(pull, line)
     offset, rise = pulled[:, 0], pulled[:, 1]
@@ -200,18 +222,18 @@ def out_of_shadow(
 
 
 def _light_differs(contrast: Matrix, weight: Floats) -> bool:
-    """True if the halves of the edges are not in the same light."""
+    """Returns true if the halves of the edges are not in the same light."""
     halves = np.add.reduce((weight * contrast).reshape(8, -1), axis=1)
     light = halves / np.maximum(np.add.reduce(weight.reshape(8, -1), axis=1), 1.0)
     return float(light.min()) < (1.0 - IN_SHADOW) * float(light.max())
 
 
 def margin_variance(line: lines.LineFit, *, profiles: Floats) -> Floats:
-    """Variance (4,), px², of the points of each edge beside an even margin.
+    """Returns the variance (4,), px², of the points of each edge beside an even margin.
 
     Few points that were chosen for agreeing with each other scatter less than those that they were chosen from: of an
-    edge that is seen in part it is that of all edges, if that is larger. `profiles` (4,): number of profiles of each
-    edge.
+    edge that is seen in part it is that of all edges, if that is larger. `profiles` (4,) is the number of profiles of
+    each edge.
     """
     own = lines.point_variance(line)
     in_part = line.moments[:, 0] < IN_PART * profiles
@@ -221,11 +243,18 @@ def margin_variance(line: lines.LineFit, *, profiles: Floats) -> Floats:
 
 
 def margin_sigma(pull: Points, scatter: Floats, *, contrast: float, path_px: float, uneven: bool) -> Sigmas:
-    """Sigma beside an even margin; `scatter` (4,): variance of a corner's coordinate that the scatter of points tells.
+    """Returns sigma beside an even margin.
 
-    Two estimators of which one does not mind uneven light disagree by `pull` (4,) at the corners. But for noise they
-    should agree: a shadow pulls the one in use further than that, at any corner, not just where they disagree. In
-    `uneven` light there is a shadow, and what it pulls by less than the noise is not seen.
+    Two estimators of which one does not mind uneven light disagree by `pull` at the corners. But for noise they should
+    agree: a shadow pulls the one in use further than that, at any corner, not just where they disagree. In `uneven`
+    light there is a shadow, and what it pulls by less than the noise is not seen.
+
+    Args:
+        pull: (4,) how far the two estimators disagree at the corners, px.
+        scatter: (4,) the variance of a corner's coordinate that the scatter of points tells, px².
+        contrast: the mark's contrast, of 255.
+        path_px: the mark's path within the exposure, px.
+        uneven: True if the light is uneven.
     """
     excess = float(np.vdot(pull, pull).real) - PULL_NOISE**2 * float(np.add.reduce(scatter))
     shadow = SHADOW_SHARE**2 * max(excess, 0.0) / 4.0
@@ -250,11 +279,19 @@ def texture_sigma(
     contrast: float,
     path_px: float,
 ) -> Sigmas:
-    """Sigma beside a textured plate; `pull` (4, n): how far two estimators disagree.
+    """Returns sigma beside a textured plate.
 
-    Texture along an edge moves many of its points alike, so their scatter tells too little. `blur_off_px`: (4,)
-    how much each edge's own blur differs from the one in use; `blur_known`: from earlier frames. One that was found in
+    Texture along an edge moves many of its points alike, so their scatter tells too little. A blur that was found in
     this frame is that of its own edges, whose difference from it shows no error that they share.
+
+    Args:
+        pull: (4, n) how far two estimators disagree, px.
+        line: the lines of the four edges.
+        expected: where the edges are expected.
+        blur_off_px: (4,) how much each edge's own blur differs from the one in use, px.
+        blur_known: True if the blur is known from earlier frames.
+        contrast: the mark's contrast, of 255.
+        path_px: the mark's path within the exposure, px.
     """
     slow, own = _slow(line), lines.point_variance(line)
     points = (0.5 * TEXTURE_SLOW) * (slow + slow[_OPPOSITE]) + TEXTURE_SCATTER * float(np.add.reduce(own)) / 4
@@ -272,14 +309,14 @@ def texture_sigma(
 
 
 def _slow(line: lines.LineFit) -> Floats:
-    """Power (4,) of what varies slowly along an edge, as the variance of one point that it is equal to."""
+    """Returns the power (4,) of what varies slowly along an edge, as the variance of one point that it is equal to."""
     parts = (line.weight * line.residual) @ _slow_waves(line.weight.shape[1])
     return np.add.reduce(parts * parts, axis=1) / (parts.shape[1] * line.moments[:, 0])
 
 
 @lru_cache(maxsize=4)
 def _slow_waves(count: int) -> Floats:
-    """Legendre polynomials (count, 4) of the degrees 2 to 5, of unit mean square."""
+    """Returns Legendre polynomials (count, 4) of the degrees 2 to 5, of unit mean square."""
     degrees = np.arange(6)
     values = np.polynomial.legendre.legvander(2.0 * lines.places(count), 5) * np.sqrt(2 * degrees + 1)
     return np.asarray(values[:, 2:], dtype=np.float64)

@@ -73,7 +73,7 @@ def measure(reader: PixelReader, edges: Edges, *, blur_px: Floats, count: int, m
 
 
 def _blur_between_pixels(read_at: Light, tangent: Points, blur_px: Floats) -> Light:
-    """The share of its blur by which a step seems wider at each place (4, n) than where it is read on the average.
+    """Returns the share of its blur by which a step seems wider at each place (4, n) than where it is read on average.
 
     Light between two pixels is that of a line between them, which cuts off a curve's bow: by half its second derivative
     times f (1 − f), where f is the share of the way. Along an edge at 0° or 45° all profiles have the same f.
@@ -92,9 +92,11 @@ def _blur_between_pixels(read_at: Light, tangent: Points, blur_px: Floats) -> Li
 
 
 def misfits(light: Light, matrix: Matrix) -> Matrix:
-    """The departure (4, n), RMS, of 255, of profiles `light` (4, n, m), of 255, from what `matrix` leaves nothing of.
+    """Returns the departure (4, n), RMS, of 255, of profiles from what `matrix` removes.
 
-    `matrix` is (m, m) for all edges, or (4, m, m), one for each; it has no unit.
+    Args:
+        light: (4, n, m) the profiles, of 255.
+        matrix: (m, m) for all edges, or (4, m, m), one for each; it has no unit.
     """
     return _root_of_squares(_times(light, matrix))
 
@@ -104,7 +106,7 @@ def _root_of_squares(values: Matrix) -> Matrix:
 
 
 def _times(light: Light, matrix: Matrix) -> Matrix:
-    """`light` (4, n, m) @ `matrix`, (m, k) or one for each edge (4, m, k)."""
+    """Returns `light` (4, n, m) @ `matrix`, (m, k) or one for each edge (4, m, k)."""
     if matrix.ndim == 3:
         return np.matmul(light, matrix)
     flat = light.reshape(-1, light.shape[2]) @ matrix
@@ -116,7 +118,10 @@ def _saturated(light: Light) -> NDArray[np.bool_] | None:
 
 
 def search(reader: PixelReader, edges: Edges, *, count: int, reach_px: int) -> tuple[Floats, Floats]:
-    """The strongest dark-to-bright step across each place within ± `reach_px`: its offset and strength (4, count)."""
+    """Returns the strongest dark-to-bright step across each place within ± `reach_px`.
+
+    It returns the step's offset and strength (4, count).
+    """
     steps = np.arange(-reach_px - 2, reach_px + 3, dtype=np.float64)
     base = edges.middle[:, None] + np.multiply.outer(edges.tangent * edges.free, places(count))
     across = np.multiply.outer(-1j * edges.tangent, steps)

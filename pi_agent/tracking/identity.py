@@ -17,13 +17,18 @@ CLEAR = 0.35  # the white must stand out by this share of the light between dark
 
 
 def nearest_turn(corners: Points, expected: Points, *, step: int = 1) -> int:
-    """The turn that brings `corners` (4,), px, closest to the ones `expected` (4,), px; `step` 2 for a rectangle."""
+    """Returns the turn that brings `corners` (4,), px, closest to the ones `expected` (4,), px.
+
+    `step` is 2 for a rectangle.
+    """
     turns = range(0, 4, step)
     return min(turns, key=lambda turn: float(np.sum(np.abs(np.roll(corners, -turn) - expected) ** 2)))
 
 
 def first_turn(corners: Points, *, aspect: float) -> int:
-    """The turn at acquisition: corner 0 nearest to the image's top left; the first side of a rectangle is its own.
+    """Returns the turn at acquisition: corner 0 nearest to the image's top left.
+
+    The first side of a rectangle is its own.
 
     For a rectangle the first side (its short one when aspect > 1) runs towards +x, as the paper's local axis.
     The `corners` (4,), px, lie clockwise as seen.
@@ -46,7 +51,7 @@ class FeatureReader:
         self._bits = tag_bits(mark.tag_dictionary, mark.tag_id) if mark.feature == "tag" else None
 
     def turn(self, reader: PixelReader, corners: Points) -> int | None:
-        """The turn k, or None when the mark says nothing or cannot be read (covered, glare).
+        """Returns the turn k, or None when the mark says nothing or cannot be read (covered, glare).
 
         The mark has `corners` (4,), px, in the frame that `reader` has open.
         """
@@ -62,7 +67,7 @@ class FeatureReader:
 
 
 def _feature_points(mark: Mark) -> Floats:
-    """Places inside a mark (points, 2), in sides from 0 to 1: for each of four turns, or the tag's cells."""
+    """Returns places inside a mark (points, 2), in sides from 0 to 1: for each of four turns, or the tag's cells."""
     if mark.feature == "tag":
         cells = len(tag_bits(mark.tag_dictionary, mark.tag_id))
         middle = (np.arange(cells) + TAG_BORDER + 0.5) / (cells + 2 * TAG_BORDER)
@@ -81,7 +86,7 @@ def _feature_points(mark: Mark) -> Floats:
 
 
 def _place(corners: Points, points: Floats) -> NDArray[np.complex64]:
-    """Image points of places inside the quadrilateral (bilinear: a mark is near enough to flat-on)."""
+    """Returns image points of places inside the quadrilateral (bilinear: a mark is near enough to flat-on)."""
     u, v = points[:, 0], points[:, 1]
     top = corners[0] + u * (corners[1] - corners[0])
     bottom = corners[3] + u * (corners[2] - corners[3])
@@ -100,7 +105,9 @@ def _tag_turn(light: NDArray[np.float32], bits: NDArray[np.uint8]) -> int | None
 
 
 def detect_tag(frame: NDArray[np.uint8], mark: Mark) -> Points | None:
-    """The tag's corners (4,), px, by OpenCV's detector in the whole `frame` (h, w), from its own first one on; or None.
+    """Finds the tag's corners (4,), px, by OpenCV's detector in the whole `frame` (h, w); None if there is no tag.
+
+    They begin with the tag's own first one.
 
     The way out when no outline was found; slow, and the corners are to be refined.
     """
@@ -115,7 +122,7 @@ def detect_tag(frame: NDArray[np.uint8], mark: Mark) -> Points | None:
 
 
 def notch_gap(mark: Mark) -> Floats | None:
-    """The part of each edge (4, 2), in sides from its start, that a notch takes away; None without one."""
+    """Returns the part of each edge (4, 2), in sides from its start, that a notch takes away; None without one."""
     if mark.feature != "notch":
         return None
     half = 0.5 * NOTCH_SIZE[0] + 0.05

@@ -50,14 +50,14 @@ class LineFit(NamedTuple):
 
 
 def expected_edges(corners: Points, *, clear_px: float) -> Edges:
-    """The edges between corners (4,), read `clear_px` clear of both ends (but at least a third of each is read)."""
+    """Returns the edges between corners (4,), read `clear_px` clear of both ends (at least a third of each is read)."""
     step = corners[NEXT] - corners
     length = np.abs(step)
     return Edges(corners, step / length, length, _read(length, clear_px))
 
 
 def shortened(edges: Edges, *, clear_px: float) -> Edges:
-    """The same edges, read at another distance from both ends."""
+    """Returns the same edges, read at another distance from both ends."""
     return edges._replace(free=_read(edges.length, clear_px))
 
 
@@ -67,13 +67,13 @@ def _read(length: Floats, clear_px: float) -> Floats:
 
 @lru_cache(maxsize=8)
 def places(count: int) -> Floats:
-    """The places of an edge's points along its free part (count,): −0.5 … 0.5."""
+    """Returns the places of an edge's points along its free part (count,): −0.5 … 0.5."""
     return (np.arange(count) + 0.5) / count - 0.5
 
 
 @lru_cache(maxsize=8)
 def powers(count: int) -> Floats:
-    """Powers 0, 1, 2 of the places (count, 3)."""
+    """Returns powers 0, 1, 2 of the places (count, 3)."""
     return places(count)[:, None] ** np.arange(3)
 
 
@@ -85,11 +85,15 @@ def _pairs(count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 def vote(offset: Floats, weight: Floats, *, tolerance: float, largest_rise: Floats) -> tuple[Floats, Floats]:
-    """The line of each edge that most points agree with: offset and rise (4,), px.
+    """Returns the line of each edge that most points agree with: offset and rise (4,), px.
 
     Tries the line through every pair of points that are not close together; right with up to half the points astray.
-    `offset` (4, n): the points' places outwards, px; `weight` (4, n): how much each counts; `tolerance`: distance, px,
-    from which a point no longer agrees; `largest_rise` (4,): no line rises more along its edge's free part, px.
+
+    Args:
+        offset: (4, n) the points' places outwards, px.
+        weight: (4, n) how much each point counts.
+        tolerance: distance from which a point no longer agrees, px.
+        largest_rise: (4,) the most that a line may rise along its edge's free part, px.
     """
     place = places(offset.shape[1])
     first, second = _pairs(len(place))
@@ -106,10 +110,14 @@ def vote(offset: Floats, weight: Floats, *, tolerance: float, largest_rise: Floa
 def fit_lines(
     offset: Floats, weight: Floats, *, start: tuple[Floats, Floats] | None, floor_px: float, rounds: int
 ) -> LineFit:
-    """Robust straight lines (Tukey's biweight) through points, from a line to start with or least squares.
+    """Returns robust straight lines (Tukey's biweight) through points, from a line to start with or least squares.
 
-    `offset` (4, n): the points' places outwards, px; `weight` (4, n): how much each counts, and 0 leaves it out;
-    `start`: offset and rise (4,), px; `floor_px` is the smallest deviation believed.
+    Args:
+        offset: (4, n) the points' places outwards, px.
+        weight: (4, n) how much each point counts; 0 leaves it out.
+        start: offset and rise (4,) of the lines to start with, px; None: those of least squares.
+        floor_px: the smallest deviation believed, px.
+        rounds: how often the weights are renewed.
     """
     count = offset.shape[1]
     basis = powers(count)
@@ -138,17 +146,17 @@ def fit_lines(
 
 
 def weighted(offset: Floats, fit: LineFit) -> Floats:
-    """Lines (4, 2), offset and rise, by least squares through other points `offset` (4, n), px, by a fit's weights."""
+    """Returns offset and rise (4, 2) by least squares through other points `offset` (4, n), px, by a fit's weights."""
     return _solved(fit.moments, (fit.weight * offset) @ powers(offset.shape[1]))
 
 
 def along(terms: Floats, *, count: int) -> Floats:
-    """The points (k, count) of lines or parabolas: `terms` (k, 2) or (k, 3), px, by the powers of the place."""
+    """Returns the points (k, count) of lines or parabolas: `terms` (k, 2) or (k, 3), px, by the powers of the place."""
     return terms @ powers(count)[:, : terms.shape[1]].T
 
 
 def _deviation(residual: Floats, out: NDArray[np.bool_] | None) -> Floats:
-    """Robust deviation (4,) of the points that are not left out: 1.48 × their median distance from the line."""
+    """Returns the robust deviation (4,) of the points not left out: 1.48 × their median distance from the line."""
     distance = np.abs(residual)
     if out is None:
         distance.sort(axis=1)
@@ -160,7 +168,7 @@ def _deviation(residual: Floats, out: NDArray[np.bool_] | None) -> Floats:
 
 
 def _solved(moments: Floats, products: Floats) -> Floats:
-    """Weighted least squares: offset and rise (4, 2).
+    """Solves weighted least squares for offset and rise (4, 2).
 
     The moments (4, 3) of each edge's weights, and of the weights times the offsets. Plain numbers: for four edges they
     are faster than arrays.
@@ -174,7 +182,7 @@ def _solved(moments: Floats, products: Floats) -> Floats:
 
 
 def intersect(edges: Edges, offset: Floats, rise: Floats) -> Points:
-    """Corners (4,), px, where the edges k − 1 and k meet that were moved by `offset` (4,) and `rise` (4,), px."""
+    """Gives corners (4,), px, where the edges k − 1 and k meet that were moved by `offset` (4,) and `rise` (4,), px."""
     lines = []
     parts = (edges.start, edges.tangent, edges.length, edges.free, offset, rise)
     for start, tangent, length, free, out, lift in zip(*(part.tolist() for part in parts), strict=True):
@@ -189,7 +197,7 @@ def intersect(edges: Edges, offset: Floats, rise: Floats) -> Points:
 
 
 def scatter_variance(fit: LineFit, edges: Edges, *, variance: Floats | None = None) -> Floats:
-    """Variance (4,) of a coordinate of each corner (px²), from the scatter of the edge points about their lines.
+    """Gives the variance (4,) of a coordinate of each corner (px²), from the scatter of edge points about their lines.
 
     Neighbouring points share pixels and texture: their correlation, taken from the residuals of all edges together,
     enlarges the scatter of a line. `variance` (4,): of the points, None for that of each edge's own.
@@ -199,17 +207,22 @@ def scatter_variance(fit: LineFit, edges: Edges, *, variance: Floats | None = No
 
 
 def at_corners(variance: Floats, fit: LineFit, edges: Edges) -> Floats:
-    """Variance (4,) of a coordinate of each corner when each point of an edge has the variance (4,) of its own."""
+    """Returns the variance (4,) of a coordinate of each corner if each edge point has the variance (4,) of its own."""
     return np.array(at_corners_and_edges(variance, fit, edges, everywhere=0.0)[0])
 
 
 def at_corners_and_edges(
     variance: Floats, fit: LineFit, edges: Edges, *, everywhere: float
 ) -> tuple[list[float], EdgeVariance]:
-    """The variances of `at_corners`, and those of each edge's offset at its middle and rise from corner to corner, px².
+    """Gives the variances of `at_corners`, and those of each edge's offset at its middle and rise between corners, px².
 
-    A corner moves with the ends of the two lines that meet there, each across itself. `variance` (4,): of each edge's
-    points, px²; `everywhere`: what is added to the variance of every corner, px².
+    A corner moves with the ends of the two lines that meet there, each across itself.
+
+    Args:
+        variance: (4,) the variance of each edge's points, px².
+        fit: the lines of the four edges.
+        edges: where the edges are.
+        everywhere: what is added to the variance of every corner, px².
     """
     ends, of_edges = [], []
     parts = (fit.moments, 0.5 * edges.length / edges.free, variance)
@@ -224,13 +237,13 @@ def at_corners_and_edges(
 
 
 def point_variance(fit: LineFit) -> Floats:
-    """Variance of the points about their lines (4,)."""
+    """Returns the variance of the points about their lines (4,)."""
     squared = fit.weight * fit.residual * fit.residual
     return np.add.reduce(squared, axis=1) / np.maximum(fit.moments[:, 0] - 2.0, 1.0)
 
 
 def _inflation(fit: LineFit) -> float:
-    """The ratio of a mean's variance to that of as many independent points (at least 1)."""
+    """Returns the ratio of a mean's variance to that of as many independent points (at least 1)."""
     share = fit.residual * np.sqrt(fit.weight)
     power = float(np.vdot(share, share)) + 1e-12
     factor = 1.0

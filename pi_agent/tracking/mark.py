@@ -43,22 +43,22 @@ class Mark:
         return np.array([self.side_mm, self.side_mm * self.aspect])
 
     def corners_mm(self) -> Points:
-        """The four corners (4, 2)."""
+        """Returns the four corners (4, 2)."""
         return rectangle(self.side_mm, self.side_mm * self.aspect)
 
     def outline_mm(self) -> Points:
-        """The outermost rectangle (4, 2), margin included."""
+        """Returns the outermost rectangle (4, 2), margin included."""
         width, height = self.size_mm + 2.0 * self.margin * self.side_mm
         return rectangle(width, height)
 
 
 def rectangle(width: float, height: float) -> Points:
-    """A centred rectangle (4, 2), clockwise as seen from (−, −)."""
+    """Returns a centred rectangle (4, 2), clockwise as seen from (−, −)."""
     return 0.5 * np.array([[-width, -height], [width, -height], [width, height], [-width, height]])
 
 
 def tag_bits(dictionary: str, tag_id: int) -> NDArray[np.uint8]:
-    """The inner bits (n, n) of a tag, 1 = white, from OpenCV's table `DICT_<dictionary>`."""
+    """Returns the inner bits (n, n) of a tag, 1 = white, from OpenCV's table `DICT_<dictionary>`."""
     table = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{dictionary}"))
     cells = table.markerSize + 2 * TAG_BORDER
     picture = np.asarray(cv2.aruco.generateImageMarker(table, tag_id, cells))

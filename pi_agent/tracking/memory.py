@@ -40,11 +40,11 @@ class Memory:
         self._departed = 0
 
     def unsteady_px(self, corners: Points, way: Way) -> float:
-        """The change of the outline `corners` (4,), px, by the rolling shutter, by a speed that is not steady."""
+        """Gives the change of the outline `corners` (4,), px, by the rolling shutter, by a speed that is not steady."""
         return 0.5 * way.unsteady_px_s * self._line_s * abs(complex(corners[2] - corners[0]))
 
     def settled(self, fit: Fit, way: Way) -> Fit:
-        """The fit with corners that agree with how this place, and with the shape that other places told."""
+        """Returns the fit with corners that agree with how this place, and with the shape that other places told."""
         if fit.edges is None:
             return fit
         slack_px = self.unsteady_px(fit.corners, way)
@@ -55,7 +55,7 @@ class Memory:
         return fit if settled is None else _agreed(fit, settled)
 
     def compared(self, fit: Fit, way: Way) -> validation_gate.Verdict:
-        """The verdict on a fit by the outline of the last frames; one that has changed for long is the mark's."""
+        """Gives the verdict on a fit by the outline of the last frames; one that has changed for long is the mark's."""
         compared = self._resting.departed(fit.by_edges.corners, way=way)
         if compared is None:
             return validation_gate.Verdict()
@@ -110,7 +110,7 @@ class Memory:
             self._learn_blur(fit, LEARNING)  # another lens may be at work
 
     def _way_known(self, corners: Points, way: Way | None) -> bool:
-        """True if what the rolling shutter makes of the outline is known."""
+        """Returns true if what the rolling shutter makes of the outline is known."""
         return self._line_s == 0.0 or (way is not None and self.unsteady_px(corners, way) < STEADY_PX)
 
     def _learn_shape(self, alone: Fit, way: Way) -> None:

@@ -36,13 +36,13 @@ STILL = Way()
 
 
 def centre_of(corners: Points) -> complex:
-    """The mean of corners (4,): as plain numbers, in a third of the time of an array's."""
+    """Returns the mean of corners (4,): as plain numbers, in a third of the time of an array's."""
     a, b, c, d = corners.tolist()
     return (a + b + c + d) / 4
 
 
 def unsheared(corners: Points, *, way: Way, line_s: float) -> Four:
-    """Corners, px, at the time of their centre's row, from `corners` (4,), px, at their own rows' times."""
+    """Returns corners, px, at the time of their centre's row, from `corners` (4,), px, at their own rows' times."""
     seen: Four = corners.tolist()
     if line_s == 0.0:
         return seen
@@ -86,11 +86,11 @@ class Motion:
         self._asked = None
 
     def gains(self, time_s: float) -> bool:
-        """True if corners at this time tell of a velocity: the last ones are not too long ago."""
+        """Returns true if corners at this time tell of a velocity: the last ones are not too long ago."""
         return self.corners is not None and 0.0 < time_s - self.time_s < LONGEST_GAP_S
 
     def way_to(self, corners: Points, time_s: float) -> Way:
-        """The motion of the mark at these `corners` (4,), px, by the way from the last ones and by that before."""
+        """Returns the motion of the mark at these `corners` (4,), px, by the way from the last ones and that before."""
         asked = self._asked
         if asked is None or asked[0] is not corners or asked[1] != time_s:
             asked = self._asked = corners, time_s, self._way_to(corners, time_s)
@@ -120,13 +120,13 @@ class Motion:
         return Way(velocity + gained, yaw_rate + turned, gained, turned, unsteady)
 
     def expected_way(self, time_s: float) -> Way:
-        """The motion of the mark that is expected at a time."""
+        """Returns the motion of the mark that is expected at a time."""
         if not self.gains(time_s):
             return self.way
         return replace(self.way, velocity_px_s=self.way.velocity_px_s + self._gain_px_s2 * (time_s - self.time_s))
 
     def predict(self, time_s: float) -> Points | None:
-        """The corners (4,), px, expected at a time; None before the acquisition."""
+        """Returns the corners (4,), px, expected at a time; None before the acquisition."""
         if self.corners is None:
             return None
         gap = time_s - self.time_s

@@ -20,7 +20,7 @@ class MotionBlur:
     turn_rad: float
 
     def longer(self, edges: Edges, ways: list[float], *, than: Floats) -> Floats:
-        """The way (px) of the edges across themselves beyond `than` (4,): terms (4, 2) by the place.
+        """Returns the way (px) of the edges across themselves beyond `than` (4,): terms (4, 2) by the place.
 
         `ways`: those of their middles, see `inwards`. An edge that turns about a place on itself moves both ways; there
         its motion blur is next to nothing.
@@ -32,7 +32,7 @@ class MotionBlur:
         return np.array(terms)
 
     def inwards(self, edges: Edges) -> list[float]:
-        """The way (px) of the edges' middles inwards; plain numbers, for four are faster than an array."""
+        """Returns the way (px) of the edges' middles inwards; plain numbers, for four are faster than an array."""
         path, turn, centre, ways = self.path_px, 1j * self.turn_rad, self.centre, []
         for start, tangent, length in zip(*(part.tolist() for part in edges[:3]), strict=True):
             way = path + turn * (start + 0.5 * length * tangent - centre)
@@ -41,7 +41,7 @@ class MotionBlur:
 
 
 def bend(edges: Edges, *, turn_per_row_rad: float) -> Floats:
-    """The bend of a turning mark's edges (4,) by a rolling shutter, outwards: terms (4, 3) by the place.
+    """Returns the bend of a turning mark's edges (4,) by a rolling shutter, outwards: terms (4, 3) by the place.
 
     Along an edge the velocity across it and the row both change evenly, so their product bends it; the corners, which
     are wanted where and when their own rows saw them, lie on the bent edge, and the bend is counted from the line

@@ -12,7 +12,7 @@ NODES, FARTHEST = 128, 9.0  # places a deviation where `erf` is called, and wher
 
 
 def density(u: Floats) -> Floats:
-    """Density (…,) at u (…,)."""
+    """Returns the density (…,) at u (…,)."""
     return np.exp(-0.5 * u * u) / np.sqrt(2 * np.pi)
 
 
@@ -23,7 +23,7 @@ def _nodes() -> Floats:
 
 
 def cumulative(u: Floats) -> Floats:
-    """The distribution (…,) up to u (…,), by its Taylor series about the nearest node: off by less than 1e-15.
+    """Returns the distribution (…,) up to u (…,), by its Taylor series about the nearest node: off by less than 1e-15.
 
     A call of `erf` for every u kept a Pi from its first frame for ten seconds, and an emulated one for two minutes.
     """
@@ -37,5 +37,5 @@ def cumulative(u: Floats) -> Floats:
 
 
 def area(u: Floats) -> Floats:
-    """Integral (…,) of `cumulative` up to u (…,)."""
+    """Returns the integral (…,) of `cumulative` up to u (…,)."""
     return u * cumulative(u) + density(u)

@@ -31,5 +31,5 @@ class Observation:
 
     @staticmethod
     def missing(capture_ns: int, reason: str) -> "Observation":
-        """No mark in this frame, and why."""
+        """Returns no mark in this frame, and why."""
         return Observation(capture_ns, False, reason, np.full((4, 2), np.nan))

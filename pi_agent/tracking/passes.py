@@ -41,9 +41,9 @@ class Task:
 
     @staticmethod
     def beside(*, textured: bool, left_out: Floats | None = None) -> "Task":
-        """The task for bare tape on a textured plate, or for a mark with its own margin.
+        """Returns the task for bare tape on a textured plate, or for a mark with its own margin.
 
-        `left_out` (4, 2): where the part of each edge begins and ends that is no edge, in sides from its start; None:
+        `left_out` (4, 2) is where the part of each edge begins and ends that is no edge, in sides from its start; None:
         nowhere.
         """
         model, moving = steps.step_model(textured=textured), steps.moving_models(textured=textured)
@@ -59,7 +59,7 @@ class Task:
         return self.known is self.model
 
     def estimator(self, *, known_blur: bool, contrast: float) -> steps.StepModel:
-        """The estimator at a contrast (of 255)."""
+        """Returns the estimator at a contrast (of 255)."""
         if not known_blur:
             return self.model
         level = sum(contrast < limit for limit in DIM)
@@ -87,7 +87,7 @@ class Look(NamedTuple):
 def look_at(
     corners: Points, blur: Floats, *, model: steps.StepModel, task: Task, motion_blur: MotionBlur | None
 ) -> Look:
-    """A pass about corners (4,), with the lens's blur (4,) in px; `model` is used when nothing moves."""
+    """Returns a pass about corners (4,), with the lens's blur (4,) in px; `model` is used when nothing moves."""
     clear_px = 1.0 + 3.0 * max(blur.tolist())
     if motion_blur is None:
         return Look(
@@ -147,7 +147,7 @@ def one_pass(
     motion_blur: MotionBlur | None,
     turn_per_row_rad: float,
 ) -> Step | None:
-    """The findings of a pass; None when there is no mark. `shared_blur`: the edges have one blur, the lens's."""
+    """Gives the findings of a pass; None when there is no mark. `shared_blur`: the edges have one blur, the lens's."""
     expected = look.expected
     if min(expected.length.tolist()) < 8.0:
         return None
@@ -197,7 +197,7 @@ def within(values: Floats, low: float, high: float) -> Floats:
 def blur_change(
     found: edges.Profiles, line: lines.LineFit, look: Look, *, shared_blur: bool
 ) -> tuple[Floats, Floats, float]:
-    """The shares of the blur by which each edge (4,) seems wider, and by which its blur is to be changed.
+    """Returns the shares of the blur by which each edge (4,) seems wider, and by which its blur is to be changed.
 
     Told by the profiles on which no highlight lies: a few among many that tell nothing count as much as if they were
     alone. Their share is the third answer.
@@ -221,7 +221,10 @@ def blur_change(
 def _straightened(
     found: edges.Profiles, look: Look, *, motion_blur: MotionBlur | None, turn_per_row_rad: float
 ) -> tuple[Floats, Floats]:
-    """Offset and pull (4, n) without what a turn does to them: motion blur that differs along an edge, bent edges."""
+    """Returns offset and pull (4, n) without what a turn does to them.
+
+    A turn makes motion blur differ along an edge, and bends edges.
+    """
     if motion_blur is None and turn_per_row_rad == 0.0:
         return found.offset, found.pull
     terms = np.zeros((8, 3))
@@ -236,7 +239,10 @@ def _straightened(
 
 
 def _robust_lines(offset: Floats, weight: Floats, counted: Floats, expected: lines.Edges) -> lines.LineFit:
-    """Plain robust fits where nearly all profiles are good; where not, from the line that most of them agree with."""
+    """Returns plain robust fits where nearly all profiles are good.
+
+    Elsewhere the fits begin at the line that most of them agree with.
+    """
     if min(counted.tolist()) > READ * PROFILES:
         fit = lines.fit_lines(offset, weight, start=None, floor_px=FLOOR_PX, rounds=2)
         if all((fit.moments[:, 0] > MOSTLY * counted).tolist()):

@@ -17,20 +17,20 @@ REACH = 1  # pixels beyond a place that its light is read from
 
 @lru_cache(maxsize=1)
 def remap_is_exact() -> bool:
-    """True if cv2.remap reads at the very places: before OpenCV 5 it rounds them to 1/32 px."""
+    """Returns true if cv2.remap reads at the very places: before OpenCV 5 it rounds them to 1/32 px."""
     ramp = np.arange(4, dtype=np.float32)[None].repeat(4, axis=0)
     x, y = np.full((1, 1), 1.01, dtype=np.float32), np.ones((1, 1), dtype=np.float32)
     return abs(float(_remapped(ramp, x, y)[0, 0]) - 1.01) < 1e-4
 
 
 def _remapped(light: NDArray[Any], x: Light, y: Light) -> Light:
-    """Light at places x and y (n, m)."""
+    """Returns the light at places x and y (n, m)."""
     return np.asarray(cv2.remap(light, x, y, cv2.INTER_LINEAR), dtype=np.float32)
 
 
 @lru_cache(maxsize=8)
 def _lattice(count: int, size: int) -> Light:
-    """The weights (3, count × size) of the first place, the way along and the way across in those of all profiles."""
+    """Returns the weights (3, count × size) of first place, way along and way across in those of all profiles."""
     along, across = np.meshgrid((np.arange(count) + 0.5) / count - 0.5, np.arange(size) / (size - 1), indexing="ij")
     return np.stack([np.ones(count * size), along.ravel(), across.ravel()]).astype(np.float32)
 
@@ -64,7 +64,10 @@ class PixelReader:
         self._flat = np.lib.stride_tricks.as_strided(frame, shape=(size,), strides=(1,), writeable=False)
 
     def nearest(self, points: Points) -> Light:
-        """Light, of 255, of the pixels nearest to `points` (…,), px, in their shape; points outside read the border."""
+        """Returns light, of 255, of the pixels nearest to `points` (…,), px, in their shape.
+
+        Points outside read the border.
+        """
         column = np.clip(points.real + 0.5, 0, self.width - 1).astype(np.intp)
         row = np.clip(points.imag + 0.5, 0, self.height - 1).astype(np.intp)
         return self._table.take(self._flat.take(row * self._stride + column))
@@ -72,13 +75,20 @@ class PixelReader:
     def profiles(
         self, first: Middles, along: Middles, across: Middles, *, count: int, size: int
     ) -> tuple[Light, Light]:
-        """Light between the pixels along `count` profiles of `size` places on each edge: (4, count, size).
+        """Returns light between the pixels along `count` profiles of `size` places on each edge: (4, count, size).
 
-        And the places themselves (8, count × size): x and y of the first edge, of the second, … but for whole pixels.
-
-        `first` (4,): the innermost place of the middle profile; `along` and `across` (4,): the ways along the edge and
-        across it, from the first half profile to the last one and from the innermost place to the outermost.
         The box around all of them is turned to light as a whole, and read by OpenCV in one call.
+
+        Args:
+            first: (4,) the innermost place of the middle profile, px.
+            along: (4,) the way along the edge, from the first half profile to the last one, px.
+            across: (4,) the way across it, from the innermost place to the outermost, px.
+            count: the number of profiles of an edge.
+            size: the number of places of a profile.
+
+        Returns:
+            The light (4, count, size), and the places themselves (8, count × size): x and y of the first edge, of the
+            second, … but for whole pixels.
         """
         half, foot, way = (0.5 * along).tolist(), first.tolist(), across.tolist()
         ends = [z + w for z, d, h in zip(foot, way, half, strict=True) for z in (z, z + d) for w in (h, -h)]
@@ -97,7 +107,10 @@ class PixelReader:
         return _remapped(light, places[0::2], places[1::2]).reshape(4, count, size), places
 
     def bilinear(self, points: Points) -> Light:
-        """Light, of 255, between the pixels at `points` (…,), px, in their shape; points outside read the border."""
+        """Returns light, of 255, between the pixels at `points` (…,), px, in their shape.
+
+        Points outside read the border.
+        """
         x, y = points.real, points.imag
         if x.min() < 0 or y.min() < 0 or x.max() >= self.width - 1 or y.max() >= self.height - 1:
             x, y = np.clip(x, 0.0, self.width - 1.001), np.clip(y, 0.0, self.height - 1.001)

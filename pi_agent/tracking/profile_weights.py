@@ -27,9 +27,12 @@ OTHER_NOISE = 2.0  # the same in median deviations of single profiles
 
 
 def weights_of(found: edges.Profiles, typical: float, blur: Floats) -> Floats:
-    """Weight 1 of profiles that look like the mark's edge, else 0 (4, n).
+    """Gives weight 1 to profiles that look like the mark's edge, else 0 (4, n).
 
-    `typical`: median contrast, of 255; `blur` (4,): deviation of all blur of each edge, px.
+    Args:
+        found: the profiles as read.
+        typical: the median contrast, of 255.
+        blur: (4,) the deviation of all blur of each edge, px.
     """
     good = (found.contrast > LIT[0] * typical) & (found.contrast < LIT[1] * typical)
     good &= found.misfit < LIMIT_MISFIT * np.minimum(found.contrast, typical) + 2.0
@@ -42,10 +45,18 @@ def weights_of(found: edges.Profiles, typical: float, blur: Floats) -> Floats:
 def level(
     found: edges.Profiles, weight: Floats, model: steps.StepModel, *, blur: Floats, typical: float, even: bool
 ) -> edges.Profiles:
-    """The profiles as read with a slope in the light allowed for where a highlight lies on them.
+    """Returns the profiles as read with a slope in the light allowed for where a highlight lies on them.
 
-    Where that is no highlight, since it is not straight, and where no whole edge is left beside the slope, `weight`
-    (4, n) is set to 0. `blur` (4,): the lens's blur for each edge, px; `typical`: median contrast, of 255.
+    Where that is no highlight, since it is not straight, and where no whole edge is left beside the slope, the weight
+    is set to 0.
+
+    Args:
+        found: the profiles as read.
+        weight: (4, n) the profiles' weights, which are changed in place.
+        model: the estimators in use.
+        blur: (4,) the lens's blur for each edge, px.
+        typical: the median contrast, of 255.
+        even: True beside an even margin.
     """
     glowing = _glowing(found, weight, max((GLOW_BESIDE_MARGIN if even else GLOW) * typical, LEAST_GLOW))
     if glowing is None:
@@ -66,7 +77,9 @@ def level(
 
 
 def _glowing(found: edges.Profiles, weight: Floats, allowed: float) -> NDArray[np.bool_] | None:
-    """Profiles (4, n) whose dark side is brighter than elsewhere, though the light is not: a highlight lies on them.
+    """Returns profiles (4, n) whose dark side is brighter than elsewhere, though the light is not.
+
+    A highlight lies on them.
 
     More light brightens the dark in proportion to the contrast; a highlight is added to it, and slopes. None when it
     lies on no profile.
@@ -79,7 +92,7 @@ def _glowing(found: edges.Profiles, weight: Floats, allowed: float) -> NDArray[n
 
 
 def _unlit(found: edges.Profiles, weight: Floats) -> tuple[float, float]:
-    """The dark where no highlight lies, and its share of the contrast: what is usual along the outline.
+    """Returns the dark where no highlight lies, and its share of the contrast: what is usual along the outline.
 
     Where the usual share is larger than in some places by more than the plate's texture makes of it, most of the
     outline lies in a highlight: then it is that of the least lit places, told by the means of neighbours.
@@ -97,10 +110,14 @@ def _unlit(found: edges.Profiles, weight: Floats) -> tuple[float, float]:
 
 
 def through_shadow(found: edges.Profiles, weight: Floats, typical: float) -> edges.Profiles:
-    """The profiles, those that a shadow's soft edge crosses as the estimator reads them that does not mind it.
+    """Returns the profiles; those that a shadow's soft edge crosses are read by the estimator that does not mind it.
 
-    Where it crosses sharply, `weight` (4, n) is set to 0; beside what covers the edge the contrast changes as well.
-    `typical`: median contrast, of 255.
+    Where it crosses sharply, the weight is set to 0; beside what covers the edge the contrast changes as well.
+
+    Args:
+        found: the profiles as read.
+        weight: (4, n) the profiles' weights, which are changed in place.
+        typical: the median contrast, of 255.
     """
     total, good = np.add.accumulate(found.contrast, axis=1), np.add.accumulate(weight, axis=1)
     change = np.abs(total[:, 2 * CROSSED :] - 2.0 * total[:, CROSSED:-CROSSED] + total[:, : -2 * CROSSED])
@@ -139,7 +156,7 @@ def beside_another(found: edges.Profiles, weight: Floats) -> float:
 
 
 def _middle(values: Floats) -> float:
-    """The upper median: several times faster than np.median."""
+    """Returns the upper median: several times faster than np.median."""
     return float(np.sort(values)[len(values) // 2])
 
 
@@ -155,7 +172,7 @@ def leave_out(weight: Floats, expected: lines.Edges, gap: Floats) -> Floats:
 
 
 def readable(found: edges.Profiles) -> Floats | float:
-    """The numbers of profiles (4,), or one for all edges, that could have agreed.
+    """Returns the numbers of profiles (4,), or one for all edges, that could have agreed.
 
     Saturated ones say nothing, up to half of an edge.
     """

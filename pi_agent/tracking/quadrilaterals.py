@@ -16,7 +16,7 @@ DARKER = 0.72  # a dark pixel is below this share of its neighbourhood's mean
 
 
 def candidates(frame: Frame, *, side_px: tuple[float, float], aspect: float) -> list[Points]:
-    """Rough corners (4,), px, clockwise as seen, of dark quadrilaterals of about the size wanted; the best first.
+    """Gives rough corners (4,), px, clockwise as seen, of dark quadrilaterals of about the size wanted; the best first.
 
     `frame` (height, width) has 8-bit grey values.
     """
@@ -40,7 +40,10 @@ def _half(frame: Frame) -> Frame:
 
 
 def _dark_regions(image: Frame, longest: float) -> Iterator[Frame]:
-    """Binary images, one method after another: darker than the surroundings, then darker than Otsu's threshold."""
+    """Yields binary images, one method after another.
+
+    They show what is darker than the surroundings, then what is darker than Otsu's threshold.
+    """
     side = int(SURROUND * longest) | 1
     mean = cv2.blur(image, (side, side))
     yield _as_frame(cv2.compare(image, cv2.convertScaleAbs(mean, alpha=DARKER), cv2.CMP_LT))
@@ -70,7 +73,7 @@ def _quads(dark: Frame, area: tuple[float, float]) -> list[Floats]:
 
 
 def _quad(hull: NDArray[np.int32], size: float) -> tuple[Floats, float]:
-    """Four corners for a convex outline, and how well they fill: 1 for a perfect quadrilateral."""
+    """Returns four corners for a convex outline, and how well they fill: 1 for a perfect quadrilateral."""
     outline = cv2.approxPolyDP(hull, 0.05 * cv2.arcLength(hull, True), True)
     if len(outline) == 4:
         corners = outline.reshape(4, 2).astype(np.float64)
@@ -87,7 +90,7 @@ def _area(corners: Floats) -> float:
 
 
 def clockwise(corners: Floats) -> Floats:
-    """The same corners (4, 2), px, clockwise as seen (y down)."""
+    """Returns the same corners (4, 2), px, clockwise as seen (y down)."""
     x, y = corners[:, 0], corners[:, 1]
     turn = float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
     return corners if turn > 0 else corners[::-1].copy()

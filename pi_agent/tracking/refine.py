@@ -83,7 +83,10 @@ class Fit(NamedTuple):
 
 
 def search_edges(reader: PixelReader, corners: Points, *, reach_px: int) -> Points | None:
-    """Corners (4,), px, to about half a pixel, from `corners` (4,), px, up to `reach_px` off; None without edges."""
+    """Returns corners (4,), px, to about half a pixel, from `corners` (4,), px, up to `reach_px` off.
+
+    It is None without edges.
+    """
     expected = lines.expected_edges(corners, clear_px=0.08 * float(np.abs(corners[1] - corners[0])))
     offset, strength = edges.search(reader, expected, count=SEARCHED, reach_px=reach_px)
     typical = float(np.sort(strength.ravel())[strength.size // 2])
@@ -106,12 +109,20 @@ def refine(
     motion_blur: MotionBlur | None = None,
     turn_per_row_rad: float = 0.0,
 ) -> Fit | None:
-    """The exact corners from `corners` (4,), px, that are within about a pixel; None when there is no mark.
+    """Returns the exact corners from ones that are within about a pixel; None when there is no mark.
 
-    `blur_px`: (4,) expected blur of the edges, with `motion_blur` that of the lens; `blur_known`: from earlier frames;
-    `turn_per_row_rad`: the mark's turn from one row's exposure to the next one's. When the blur is not known, all edges
-    are fitted with blurs of their own first, then with the one that they share, if they do. It ends when a pass has
-    changed little.
+    When the blur is not known, all edges are fitted with blurs of their own first, then with the one that they share,
+    if they do. It ends when a pass has changed little.
+
+    Args:
+        reader: the frame's light.
+        corners: (4,) where the corners are expected, px.
+        blur_px: (4,) the expected blur of the edges, px; with `motion_blur` that of the lens.
+        task: what kind of mark is to be read.
+        most_passes: the largest number of passes.
+        blur_known: True if the blur is known from earlier frames.
+        motion_blur: that of the edges; None for a mark at rest.
+        turn_per_row_rad: the mark's turn from one row's exposure to the next one's.
     """
     blur = within(blur_px, *BLUR_RANGE_PX)
     known = blur_known or motion_blur is not None
@@ -149,7 +160,10 @@ def _bent(step: Step, look: Look, *, even: bool) -> bool:
 
 
 def _goes_on(step: Step) -> bool:
-    """True if it is as dark outside the last profiles of an edge as inside: what was fitted there covers the mark."""
+    """Returns true if it is as dark outside the last profiles of an edge as inside.
+
+    What was fitted there covers the mark.
+    """
     dark, outside = step.found.dark[:, _LAST], step.found.light[:, _LAST, -1]
     alike = DARK_BEYOND[0] * step.contrast
     none = (outside - dark < alike) & (outside < DARK_BEYOND[1] * dark)
@@ -158,19 +172,22 @@ def _goes_on(step: Step) -> bool:
 
 
 def _whole(step: Step, agreeing: NDArray[np.intp]) -> float:
-    """The least share of an edge's profiles that agree and lie in no highlight; `agreeing` (4,): how many agree."""
+    """Returns the least share of an edge's profiles that agree and lie in no highlight.
+
+    `agreeing` (4,) is how many agree.
+    """
     if step.found.glowing is not None:
         agreeing = np.add.reduce((step.line.weight > covariance_model.AGREES) & ~step.found.glowing, axis=1)
     return min(agreeing.tolist()) / PROFILES
 
 
 def _blur_error_px(step: Step, look: Look) -> Floats:
-    """Error (4,) of a blur that was found in this frame alone, beyond that of one which a whole outline tells."""
+    """Returns the error (4,) of a blur that was found in this frame alone, beyond that of one from a whole outline."""
     return (BLUR_ERROR * (1.0 / max(step.telling, LEAST_TELLING) - 1.0)) * look.blur
 
 
 def _fit(step: Step, look: Look, *, even: bool, path_px: float, blur_error_px: Floats, blur_known: bool) -> Fit:
-    """The fit of the last pass with its errors and what speaks against it.
+    """Returns the fit of the last pass with its errors and what speaks against it.
 
     `blur_error_px`: (4,) how much sharper (below 0) the edges seem than the lens was, for uneven light can do that; or
     how wrong the blur may be that the few profiles show on which no highlight lies.

@@ -42,7 +42,7 @@ class RestingShape:
         self._compared: tuple[Seen, Compared | None] | None = None
 
     def departed(self, corners: Points, *, way: Way) -> Compared | None:
-        """Arms (4,) of the outline about its centre, those of the corners turned onto it, and the way between (px).
+        """Returns arms (4,) of the outline about its centre, those of corners turned onto it, and the way between (px).
 
         None before an outline was learned, or far away from it.
         """
@@ -62,7 +62,7 @@ class RestingShape:
         return compared
 
     def limit_px(self, *, way_px: float, noise_px: float, sigma_px: float, slack_px: float) -> float:
-        """The largest departure that pixel noise and sampling explain, and further away grain and lens.
+        """Returns the largest departure that pixel noise and sampling explain, and further away grain and lens.
 
         `noise_px`: that of a corner (see the function); `slack_px`: what the rolling shutter may make of the outline by
         a speed that is not steady.
@@ -85,17 +85,17 @@ class RestingShape:
         self._place = self._place + share * (near[1] - near[0])
 
     def _at_once(self, corners: Points, way: Way) -> Points:
-        """The corners at the time of one row."""
+        """Returns the corners at the time of one row."""
         return corners if self._line_s == 0.0 else np.array(unsheared(corners, way=way, line_s=self._line_s))
 
 
 def noise_px(*, contrast: float, blur_px: float) -> float:
-    """Deviation of a corner's coordinate by pixel noise, at a contrast (of 255) and a blur of the lens."""
+    """Returns the deviation of a corner's coordinate by pixel noise, at a contrast (of 255) and a blur of the lens."""
     return NOISE_PX / contrast * sqrt(max(blur_px / SHARP_PX, 1.0))
 
 
 def lean_of(arms: Points, seen: Points, *, limit_px: float) -> float:
-    """The lean (rad) that turns the outline `arms` (4,), px, into `seen` (4,), px; 0 when no lean does.
+    """Returns the lean (rad) that turns the outline `arms` (4,), px, into `seen` (4,), px; 0 when no lean does.
 
     Both are about the outline's centre. A leaning mark is shorter in one direction and as long as before in the other,
     up to the perspective of its near and far edges.

@@ -88,7 +88,7 @@ class ShapeFilter:
     def recall(
         self, corners: Points, variance: EdgeVariance, *, sigma_px: float, way: Way, slack_px: float
     ) -> Settled | None:
-        """The corners (4,) of a mark seen worse than before at the same place, by how it was seen there.
+        """Returns the corners (4,) of a mark seen worse than before at the same place, by how it was seen there.
 
         None where nothing better is known of this place. `sigma_px`: of the corners by their edges; `slack_px`: what
         the rolling shutter may make of the shape by a speed that is not steady.
@@ -112,7 +112,7 @@ class ShapeFilter:
         return Settled(corners + np.array(_corner_moves(match.edges, match.moves)), share, share)
 
     def settle(self, corners: Points, variance: EdgeVariance, *, way: Way, slack_px: float) -> Settled | None:
-        """The corners (4,) by their edges and the shape; None when it is not known.
+        """Returns the corners (4,) by their edges and the shape; None when it is not known.
 
         Where the shape disagrees, one of the two is wrong: the corners remain as they are, with a larger sigma.
         `slack_px`: what the rolling shutter may make of the shape by a speed that is not steady.
@@ -176,12 +176,12 @@ class ShapeFilter:
 
 
 def _way_px(corners: Four, others: Four) -> float:
-    """The way that the corners have gone, by moving and turning."""
+    """Returns the way that the corners have gone, by moving and turning."""
     return sum(abs(b - a) for a, b in zip(corners, others, strict=True)) / 4
 
 
 def _match(shape: Four, seen: Four, variance: EdgeVariance, *, free_px2: float) -> _Match:
-    """`free_px2`: variance of a coordinate of the shape's corners."""
+    """Matches the shape to the mark seen; `free_px2`: variance of a coordinate of the shape's corners."""
     edges = _edges(seen)
     spread = [(across + 0.5 * free_px2, turned + 2.0 * free_px2) for across, turned in variance]
     apart = _apart(edges, seen, _laid(shape, seen, edges=edges, spread=spread))
@@ -192,14 +192,14 @@ def _match(shape: Four, seen: Four, variance: EdgeVariance, *, free_px2: float) 
 
 
 def _pose_px2(match: _Match) -> float:
-    """Variance of a corner's coordinate by place and turn, as the edges tell them."""
+    """Returns the variance of a corner's coordinate by place and turn, as the edges tell them."""
     across = sum(1.0 / (1.0 / match.spread[k][0] + 1.0 / match.spread[k + 2][0]) for k in (0, 1))
     turned = sum(length * length / rise for (_, length), (_, rise) in zip(match.edges, match.spread, strict=True))
     return 0.5 * across + sum(length * length for _, length in match.edges) / 16.0 / turned
 
 
 def _onto(shape: Four, seen: Four) -> Four:
-    """The shape, moved and turned to where it is seen."""
+    """Returns the shape, moved and turned to where it is seen."""
     centre, own = sum(seen) / 4, sum(shape) / 4
     turn = sum((a - own).conjugate() * (z - centre) for a, z in zip(shape, seen, strict=True))
     turn /= abs(turn)
@@ -207,13 +207,13 @@ def _onto(shape: Four, seen: Four) -> Four:
 
 
 def _edges(corners: Four) -> list[tuple[complex, float]]:
-    """Tangent and length of each edge."""
+    """Returns the tangent and length of each edge."""
     steps = [corners[k - 3] - corners[k] for k in range(4)]
     return [(step / abs(step), abs(step)) for step in steps]
 
 
 def _apart(edges: list[tuple[complex, float]], seen: Four, shape: Four) -> list[tuple[float, float]]:
-    """The distances of the shape's edges outside those seen, at the middle, and by how much they grow to the end."""
+    """Gives the distances of the shape's edges outside those seen, at the middle, and how much they grow to the end."""
     gaps = [b - a for a, b in zip(seen, shape, strict=True)]
     apart = []
     for k, (tangent, _) in enumerate(edges):
@@ -224,7 +224,7 @@ def _apart(edges: list[tuple[complex, float]], seen: Four, shape: Four) -> list[
 
 
 def _laid(shape: Four, seen: Four, *, edges: list[tuple[complex, float]], spread: list[tuple[float, float]]) -> Four:
-    """The shape where it fits the edges best, each by what it is worth (exact for a rectangle, which it nearly is)."""
+    """Returns the shape where it fits the edges best, each by its worth (exact for a rectangle, which it nearly is)."""
     laid = _onto(shape, seen)
     apart = _apart(edges, seen, laid)
     centre, move = sum(laid) / 4, 0j
@@ -238,7 +238,7 @@ def _laid(shape: Four, seen: Four, *, edges: list[tuple[complex, float]], spread
 
 
 def _corner_moves(edges: list[tuple[complex, float]], moves: list[tuple[float, float]]) -> Four:
-    """The displacement of each corner when its two edges move out so far, at the middle, and rise so much further."""
+    """Returns the displacement of each corner when its two edges move out so far at the middle and rise so much."""
     corners = []
     for k in range(4):
         (tangent, _), (before, _) = edges[k], edges[k - 1]
@@ -248,7 +248,7 @@ def _corner_moves(edges: list[tuple[complex, float]], moves: list[tuple[float, f
 
 
 def _shares(variance: EdgeVariance, towards: list[tuple[float, float]]) -> tuple[float, float]:
-    """The factors by which the sigma of all corners, and that of the worst, shrinks."""
+    """Returns the factors by which the sigma of all corners, and that of the worst, shrinks."""
     before = [u + 0.25 * q for u, q in variance]
     after = [
         u * (1.0 - FREE * a) + 0.25 * q * (1.0 - FREE * b) for (u, q), (a, b) in zip(variance, towards, strict=True)

@@ -20,7 +20,7 @@ class Shutter:
     row0_dt_ns: float = 0.0
 
     def dt_s(self, row: ArrayLike) -> NDArray[np.float64]:
-        """Mid-exposure (…,), s, of the given rows (…,), px, fractions allowed, after the capture time."""
+        """Returns mid-exposure (…,), s, of the given rows (…,), px, fractions allowed, after the capture time."""
         return (self.row0_dt_ns + np.asarray(row, dtype=np.float64) * self.line_ns) * 1e-9
 
     @property

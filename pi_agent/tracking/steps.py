@@ -58,11 +58,11 @@ class Table(NamedTuple):
     apart: Floats | None = None
 
     def place(self, answer: Matrix | Floats) -> Floats:
-        """The places of the steps (4, n), in blur deviations."""
+        """Returns the places of the steps (4, n), in blur deviations."""
         return np.interp(answer if self.apart is None else answer + self.apart, self.answers, self.reach)
 
     def fenced(self) -> "Table":
-        """The table with ends so far away that no answer gets beyond, among the next edge's."""
+        """Returns the table with ends so far away that no answer gets beyond, among the next edge's."""
         answers = np.concatenate([[-0.499 * APART], self.answers, [0.499 * APART]])
         return Table(answers, np.concatenate([self.reach[:1], self.reach, self.reach[-1:]]))
 
@@ -105,7 +105,7 @@ class StepModel(NamedTuple):
 
 @lru_cache(maxsize=8)
 def step_model(*, textured: bool, known_blur: bool = False, noise: float = NOISE) -> StepModel:
-    """The estimator for a mark beside a textured plate, or beside its own white margin.
+    """Returns the estimator for a mark beside a textured plate, or beside its own white margin.
 
     `known_blur`: e is estimated with the blur as given; its error is estimated all the same, as if it were not.
     `noise`: of the pixels, in contrasts.
@@ -136,7 +136,7 @@ class MovingModels:
         self._small = _between(np.concatenate([gains, np.stack([model.steps for model in models])], axis=1))
 
     def at(self, motion_blur: Floats) -> tuple[StepModel, Floats]:
-        """Estimators of four edges with about the motion blurs `motion_blur` (4,), and theirs (4,), in deviations."""
+        """Returns estimators of four edges with about the blurs `motion_blur` (4,), and theirs (4,), in deviations."""
         last = len(self._small) - 1
         indices = np.array([min(round(each * (BETWEEN / MOTION_BLUR_STEP)), last) for each in motion_blur.tolist()])
         small = self._small.take(indices, axis=0)
@@ -155,19 +155,19 @@ class MovingModels:
         return model, indices * (MOTION_BLUR_STEP / BETWEEN)
 
     def _sloped_at(self, indices: NDArray[np.intp]) -> Sloped:
-        """Few frames need it."""
+        """Returns the estimators that allow for a slope in the light, which few frames need."""
         (table,) = _tables_at(self._sloped_tables, indices)
         return Sloped(self._sloped.take(indices, axis=0), table)
 
 
 @lru_cache(maxsize=2)
 def moving_models(*, textured: bool) -> MovingModels:
-    """The estimators for a moving mark, made once: they take some tens of milliseconds."""
+    """Returns the estimators for a moving mark, made once: they take some tens of milliseconds."""
     return MovingModels(textured=textured)
 
 
 def _between(rows: NDArray[Any]) -> Floats:
-    """The rows, and others evenly between them."""
+    """Returns the rows, and others evenly between them."""
     share = np.arange(0.0, len(rows) - 1 + 0.5 / BETWEEN, 1.0 / BETWEEN)
     first = np.minimum(share.astype(np.intp), len(rows) - 2)
     part = (share - first).reshape(-1, *[1] * (rows.ndim - 1))
@@ -183,7 +183,7 @@ def _tables_between(tables: list[list[Table]]) -> Floats:
 
 
 def _tables_at(tables: Floats, indices: NDArray[np.intp]) -> list[Table]:
-    """The tables of four edges, one behind the other."""
+    """Returns the tables of four edges, one behind the other."""
     chosen = tables.take(indices, axis=2)
     chosen[0] += EDGES_APART
     answers, reach = chosen.reshape(2, len(chosen[0]), -1)
@@ -217,14 +217,14 @@ def _model(*, textured: bool, known_blur: bool, noise: float, motion_blur: float
 
 
 def _misfit(model: Floats) -> Matrix:
-    """The residue (m, m) of least squares in a profile, scaled so that its root sum of squares is a deviation."""
+    """Gives the residue (m, m) of least squares in a profile, scaled so that its root sum of squares is a deviation."""
     size, parameters = model.shape
     left_over = np.eye(size) - np.linalg.pinv(model).T @ model.T
     return (left_over / np.sqrt(size - parameters)).astype(np.float32)
 
 
 def _other(steps: Floats, *, textured: bool, noise: float, motion_blur: float) -> Floats:
-    """An estimator that minds texture beside the edge more than the one in use.
+    """Returns an estimator that minds texture beside the edge more than the one in use.
 
     Where there is none, one that does not mind if the light changes across the edge, at twice the noise.
     """
@@ -237,12 +237,12 @@ def _other(steps: Floats, *, textured: bool, noise: float, motion_blur: float) -
 
 
 def _reach(motion_blur: float) -> Floats:
-    """The places of a step for which the answer is known."""
+    """Returns the places of a step for which the answer is known."""
     return sqrt(1.0 + motion_blur * motion_blur / 12.0) * REACH
 
 
 def _table(seen: Floats, solve: Floats, reach: Floats) -> Table:
-    """The answer of the estimator to steps `seen` (k, m) away from where it expects them, as far as they differ."""
+    """Returns the answer of the estimator to steps `seen` (k, m) away from where it expects them, where they differ."""
     answers = (seen @ solve[:, 2]) / (seen @ solve[:, 1])
     flat = np.gradient(answers, reach) < LEAST_GAIN
     left = int(np.flatnonzero(flat & (reach < 0)).max(initial=0))
@@ -253,13 +253,13 @@ def _table(seen: Floats, solve: Floats, reach: Floats) -> Table:
 
 
 def _widening(steps: Floats, contrast: Floats, blur: Floats, motion_blur: float) -> float:
-    """The share by which a step seems wider to the estimator of the blur, by the square of how far away it lies."""
+    """Returns the share by which a step seems wider to the estimator of the blur, by the square of its distance."""
     seen = [_step(steps - place, motion_blur) for place in (-FAR, FAR)]
     return float(np.mean([(step @ blur) / (step @ contrast) for step in seen])) / FAR**2
 
 
 def _bow(u: Floats, motion_blur: float) -> Floats:
-    """Second derivative of a step at the pixels themselves, which are sharper than light that is read between them."""
+    """Returns the second derivative of a step at the pixels themselves, which are sharper than light between them."""
     if motion_blur > 0.0:
         late, early = (u + 0.5 * motion_blur) / SHARPER, (u - 0.5 * motion_blur) / SHARPER
         return (normal.density(late) - normal.density(early)) / (SHARPER * motion_blur)
@@ -268,7 +268,7 @@ def _bow(u: Floats, motion_blur: float) -> Floats:
 
 
 def _derivatives(u: Floats, motion_blur: float) -> Floats:
-    """Derivatives (len(u), 4) of the blurred step by dark level, contrast, place and blur, at contrast 1."""
+    """Returns derivatives (len(u), 4) of the blurred step by dark level, contrast, place and blur, at contrast 1."""
     if motion_blur == 0.0:
         return np.stack([np.ones_like(u), _step(u, motion_blur), -normal.density(u), -u * normal.density(u)], axis=1)
     late, early = u + 0.5 * motion_blur, u - 0.5 * motion_blur
@@ -278,14 +278,14 @@ def _derivatives(u: Floats, motion_blur: float) -> Floats:
 
 
 def _step(u: Floats, motion_blur: float) -> Floats:
-    """The blurred step from 0 to 1 at distances u outwards."""
+    """Returns the blurred step from 0 to 1 at distances u outwards."""
     if motion_blur == 0.0:
         return normal.cumulative(u)
     return (normal.area(u + 0.5 * motion_blur) - normal.area(u - 0.5 * motion_blur)) / motion_blur
 
 
 def _by_motion_blur(u: Floats, motion_blur: float) -> Floats:
-    """Derivative (len(u),) of the blurred step by its motion blur."""
+    """Returns the derivative (len(u),) of the blurred step by its motion blur."""
     if motion_blur == 0.0:
         return np.zeros_like(u)
     ends = 0.5 * (normal.cumulative(u + 0.5 * motion_blur) + normal.cumulative(u - 0.5 * motion_blur))
@@ -293,7 +293,7 @@ def _by_motion_blur(u: Floats, motion_blur: float) -> Floats:
 
 
 def _solution(model: Floats, covariance: Floats, *, blur_error: float) -> Floats:
-    """Generalised least squares: a column for each of the model's. `blur_error`: relative error of the blur."""
+    """Solves generalised least squares: a column for each of the model's. `blur_error`: relative error of the blur."""
     weight = np.linalg.inv(covariance)
     information = model.T @ weight @ model
     information[3, 3] += blur_error**-2
@@ -301,7 +301,9 @@ def _solution(model: Floats, covariance: Floats, *, blur_error: float) -> Floats
 
 
 def _covariance(u: Floats, *, noise: float, texture: float, motion_blur: float) -> Floats:
-    """Covariance (m, m) of a profile's samples: pixel noise shared by interpolation, and texture beyond the edge.
+    """Returns the covariance (m, m) of a profile's samples.
+
+    It is that of pixel noise shared by interpolation, and of texture beyond the edge.
 
     The texture of a place counts by the share of the exposure for which the moving mark leaves it uncovered.
     """

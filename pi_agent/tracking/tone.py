@@ -38,11 +38,11 @@ class ToneCurve:
         return self.light == self.value
 
     def to_value(self, light: NDArray[np.float32]) -> NDArray[np.float64]:
-        """Pixel values 0…255 (…,), not rounded, of light 0…1 (…,); light above 1 saturates."""
+        """Returns pixel values 0…255 (…,), not rounded, of light 0…1 (…,); light above 1 saturates."""
         return 255.0 * np.interp(light, self.light, self.value)
 
     def to_light_table(self) -> NDArray[np.float32]:
-        """Light of each of the 256 pixel values, scaled so that white stays 255 (shape (256,))."""
+        """Returns the light of each of the 256 pixel values, scaled so that white stays 255 (shape (256,))."""
         return (255.0 * np.interp(np.arange(256) / 255.0, self.value, self.light)).astype(np.float32)
 
 

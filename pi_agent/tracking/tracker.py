@@ -58,7 +58,7 @@ class Tracker:
         self._lean_rad = 0.0
 
     def track(self, frame: Frame, *, capture_ns: int) -> Observation:
-        """The mark in a frame (height, width) uint8 captured at `capture_ns`."""
+        """Finds the mark in a frame (height, width) uint8 captured at `capture_ns`."""
         self._reader.open(frame)
         time_s = capture_ns * 1e-9
         fit, verdict = self._follow(time_s)
@@ -86,16 +86,16 @@ class Tracker:
         return self._accept(fit, verdict, capture_ns)
 
     def _speed_unsure(self, fit: Fit) -> bool:
-        """True if texture is read through motion blur whose length only one step shows."""
+        """Returns true if texture is read through motion blur whose length only one step shows."""
         return not self._task.even and not self._motion.has_velocity and fit.path_px > validation_gate.MOTION_BLUR_PX
 
     def _largest_lean(self, time_s: float) -> float:
-        """The largest lean that a tipping block can have reached since the last frame."""
+        """Returns the largest lean that a tipping block can have reached since the last frame."""
         gap_s = max(time_s - self._motion.time_s, 0.0)
         return max(self._lean_rad, UNSEEN_LEAN_RAD) + FASTEST_LEAN_RAD_S * gap_s
 
     def _follow(self, time_s: float) -> Attempt:
-        """The mark near its prediction, else near its last place."""
+        """Finds the mark near its prediction, else near its last place."""
         predicted, last = self._motion.predict(time_s), self._motion.corners
         if predicted is None or last is None:
             return None, NO_MARK
@@ -111,7 +111,7 @@ class Tracker:
         return attempt
 
     def _refined(self, corners: Points, time_s: float) -> Attempt:
-        """The fit near the corners; once more when the mark has another speed than was expected."""
+        """Returns the fit near the corners; once more when the mark has another speed than was expected."""
         if not inside(corners, self._reader):
             return None, LEAVES
         fit = self._fitted(corners, self._motion.expected_way(time_s), time_s)
@@ -120,7 +120,7 @@ class Tracker:
         return self._with_motion_blur(fit, self._verdict(fit, time_s), time_s)
 
     def _with_motion_blur(self, fit: Fit, verdict: validation_gate.Verdict, time_s: float) -> Attempt:
-        """The fit and its verdict, or new ones when the mark has another speed than was reckoned with."""
+        """Returns the fit and its verdict, or new ones when the mark has another speed than was reckoned with."""
         way = self._motion.way_to(fit.corners, time_s)
         path_px = self._motion_blur_px(abs(way.velocity_px_s) * self._exposure_s)
         if abs(path_px - fit.path_px) < OTHER_PATH_PX or path_px > MOST_PATH_PX:
@@ -150,25 +150,28 @@ class Tracker:
         return None if fit is None else self._memory.settled(fit, self._motion.way_to(fit.corners, time_s))
 
     def _turn_per_row_rad(self, corners: Points, way: Way) -> float:
-        """The mark's turn from one row's exposure to the next, 0 where it bends no edge as far as can be seen."""
+        """Gives the mark's turn from one row's exposure to the next, 0 where it bends no edge as far as can be seen."""
         turn = way.yaw_rate_rad_s * self.config.shutter.line_s
         diagonal = abs(complex(corners[2] - corners[0]))
         return turn if abs(turn) * diagonal**2 / 8 > LEAST_BEND_PX else 0.0
 
     def _path_px(self) -> float:
-        """The mark's path within the exposure, px; 0 where it is too short to blur."""
+        """Returns the mark's path within the exposure, px; 0 where it is too short to blur."""
         return self._motion_blur_px(abs(self._motion.way.velocity_px_s) * self._exposure_s)
 
     def _motion_blur_px(self, path_px: float) -> float:
         return path_px if path_px >= STILL_PX[self._task.even] else 0.0
 
     def _identity_unsure(self, time_s: float) -> bool:
-        """True if continuity alone does not tell which corner is which: after a gap, or before the mark was read."""
+        """Returns true if continuity alone does not tell which corner is which.
+
+        That is so after a gap, or before the mark was read.
+        """
         unread = self.config.mark.feature != "none" and self._identity != "marked"
         return unread or time_s - self._motion.time_s > SURE_S
 
     def _named(self, fit: Fit, time_s: float) -> Fit:
-        """The same fit with its corners in the order of their identity, as far as that is known."""
+        """Returns the same fit with its corners in the order of their identity, as far as that is known."""
         last = self._motion.corners
         turn = self._feature.turn(self._reader, fit.corners)
         if turn is not None:
@@ -207,11 +210,11 @@ class Tracker:
         )
 
     def _known_way(self) -> Way | None:
-        """The motion of the mark in the last frame; None at acquisition."""
+        """Returns the motion of the mark in the last frame; None at acquisition."""
         return self._motion.way if self._motion.has_velocity else None
 
     def _unseen_turn_px(self, fit: Fit, first: bool) -> float:
-        """The part of sigma, px, by the edges' bend under an unknown turn, when a mark is acquired in motion."""
+        """Gives the part of sigma, px, by the edges' bend under an unknown turn, when a mark is acquired in motion."""
         line_s = self.config.shutter.line_s
         if (
             not first
@@ -230,7 +233,7 @@ def _unusable(fit: Fit | None, verdict: validation_gate.Verdict) -> bool:
 
 
 def _near(fit: Fit | None, verdict: validation_gate.Verdict) -> bool:
-    """True if an attempt began near enough to the mark to have ended on it.
+    """Returns true if an attempt began near enough to the mark to have ended on it.
 
     From two blurs away, where a block that has just begun to slide may lie, a fit can settle on the way there: what it
     takes for the edge is nothing like one, and its sigma says so.

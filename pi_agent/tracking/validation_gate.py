@@ -30,7 +30,7 @@ class Demand(NamedTuple):
     moving_sigma_px: float
 
     def limit_px(self, fit: Fit) -> float:
-        """The largest sigma of the worst corner."""
+        """Returns the largest sigma of the worst corner."""
         share = min(DIM / fit.contrast, 1.0)
         limit = self.bright_sigma_px + (self.dim_sigma_px - self.bright_sigma_px) * share
         if fit.whole <= WHOLE:
@@ -69,7 +69,7 @@ class Verdict:
 
 
 def verdict_on(fit: Fit, *, config: TrackerConfig, shape: Shape | None, way: Way) -> Verdict:
-    """The verdict on a fit.
+    """Returns the verdict on a fit.
 
     `shape`: the mark when it lay flat (see `flat_shape`), None in acquisition; `way`: its motion, by which a rolling
     shutter makes it another shape.
@@ -101,7 +101,10 @@ def _first_shape_reason(fit: Fit, sides: tuple[complex, complex], config: Tracke
 
 
 def _lying(sides: tuple[complex, complex], shape: Shape, *, unsteady: float) -> Verdict:
-    """The verdict on a mark of known shape, flat or leaning; `unsteady`: the shear by a speed that may be wrong."""
+    """Returns the verdict on a mark of known shape, flat or leaning.
+
+    `unsteady` is the shear by a speed that may be wrong.
+    """
     flat = 1.0 - TIPPED - unsteady
     # A mark that was first seen leaning, and one that was cut askew, are each told by one of the two comparisons.
     stretch = foreshortening(sides, None)
@@ -115,7 +118,10 @@ def _lying(sides: tuple[complex, complex], shape: Shape, *, unsteady: float) -> 
 
 
 def _askew(corners: Points, *, stretch: float) -> bool:
-    """True if opposite sides converge by more than the lean explains that foreshortening tells: an edge is not its."""
+    """Returns true if opposite sides converge by more than the lean explains that foreshortening tells.
+
+    Then one of the edges is not the mark's.
+    """
     a, b, c, d = corners.tolist()
     diagonal = abs(c - a)
     lean = sqrt(max(1.0 - stretch * stretch, 0.0))
@@ -123,7 +129,7 @@ def _askew(corners: Points, *, stretch: float) -> bool:
 
 
 def _allowed(config: TrackerConfig) -> float:
-    """The relative departure from the mark's shape that acquisition allows."""
+    """Returns the relative departure from the mark's shape that acquisition allows."""
     return SHAPE_FIRST + (ROLLED if config.shutter.line_ns else 0.0)
 
 
@@ -156,25 +162,25 @@ def _size_reason(sides: tuple[complex, complex], config: TrackerConfig) -> str:
 
 
 def side_vectors(corners: Four, *, aspect: float) -> tuple[complex, complex]:
-    """Mean first and second side as vectors (the second divided by the aspect), of corners at one time."""
+    """Returns the mean first and second side as vectors (the second divided by the aspect), of corners at one time."""
     a, b, c, d = corners
     return 0.5 * (b + c - a - d), 0.5 * (d + c - a - b) / aspect
 
 
 def flat_shape(sides: tuple[complex, complex]) -> Shape:
-    """The invariants under yaw: squared length of the first side, of the second, and their product."""
+    """Returns the invariants under yaw: squared length of the first side, of the second, and their product."""
     right, down = sides
     return abs(right) ** 2, abs(down) ** 2, (right.conjugate() * down).real
 
 
 def foreshortening(sides: tuple[complex, complex], shape: Shape | None) -> float:
-    """Ratio (0…1, 1 = flat) of the smaller to the larger stretch of the mark against its flat shape."""
+    """Returns the ratio (0…1, 1 = flat) of the smaller to the larger stretch of the mark against its flat shape."""
     short, long = stretches(sides, shape)
     return short / long
 
 
 def stretches(sides: tuple[complex, complex], shape: Shape | None) -> tuple[float, float]:
-    """The smaller and the larger stretch of the mark against its flat shape (None: the unit square).
+    """Returns the smaller and the larger stretch of the mark against its flat shape (None: the unit square).
 
     Their squares are the eigenvalues of (flat Gram matrix)⁻¹ (Gram matrix seen).
     """

@@ -34,11 +34,11 @@ class Access:
         """The name of the cookie: browsers do not keep the ports of one host apart."""
 
     def knows(self, token: str) -> bool:
-        """True if it is the token."""
+        """Returns true if it is the token."""
         return hmac.compare_digest(token.encode(), self.token.encode())
 
     def may_read(self, headers: Mapping[str, str]) -> bool:
-        """True if the request carries the cookie."""
+        """Returns true if the request carries the cookie."""
         try:
             found = SimpleCookie(headers.get("Cookie", "")).get(self.cookie)
         except CookieError:
@@ -46,23 +46,23 @@ class Access:
         return found is not None and self.knows(found.value)
 
     def may_act(self, headers: Mapping[str, str]) -> bool:
-        """True if the request also comes from our own page: only that can set the header."""
+        """Returns true if the request also comes from our own page: only that can set the header."""
         origin, own = headers.get("Origin"), f"http://{headers.get('Host', '')}"
         return self.may_read(headers) and self.knows(headers.get(HEADER, "")) and origin in (None, own)
 
     def set_cookie(self) -> str:
-        """The value of `Set-Cookie` that lets a browser in."""
+        """Returns the value of `Set-Cookie` that lets a browser in."""
         return f"{self.cookie}={self.token}; Path=/; HttpOnly; SameSite=Strict"
 
 
 def is_local(host: str) -> bool:
-    """True if a request's `Host` is a name of this machine; any port, as a tunnel may lead from another one."""
+    """Returns true if a request's `Host` is a name of this machine; any port, as a tunnel may lead from another one."""
     name, _, port = host.rpartition(":")
     return (name in _HOSTS and port.isdigit()) or host in _HOSTS
 
 
 def token_of(file: Path | None) -> str:
-    """A new token, or the one of a file, which is made where there is none; only its owner can read it.
+    """Returns a new token, or the one of a file, which is made where there is none; only its owner can read it.
 
     Raises:
         UserError: if the file cannot be used.

@@ -10,7 +10,7 @@ from shared.errors import UserError
 
 
 def text(asked: Mapping[str, Any], name: str) -> str:
-    """A text of that name.
+    """Returns a text of that name.
 
     Raises:
         UserError: if it is missing or something else.
@@ -22,7 +22,7 @@ def text(asked: Mapping[str, Any], name: str) -> str:
 
 
 def whole_number(asked: Mapping[str, Any], name: str) -> int:
-    """A whole number of that name.
+    """Returns a whole number of that name.
 
     Raises:
         UserError: if it is missing or something else.
@@ -34,7 +34,7 @@ def whole_number(asked: Mapping[str, Any], name: str) -> int:
 
 
 def number(asked: Mapping[str, Any], name: str) -> float:
-    """A finite number of that name.
+    """Returns a finite number of that name.
 
     Raises:
         UserError: if it is missing or something else.
@@ -46,7 +46,7 @@ def number(asked: Mapping[str, Any], name: str) -> float:
 
 
 def flag(asked: Mapping[str, Any], name: str) -> bool:
-    """A yes or no of that name.
+    """Returns a yes or no of that name.
 
     Raises:
         UserError: if it is missing or something else.
@@ -58,5 +58,5 @@ def flag(asked: Mapping[str, Any], name: str) -> bool:
 
 
 def unknown(name: str, known: Iterable[str]) -> UserError:
-    """The mistake of asking for an action that there is not."""
+    """Returns the mistake of asking for an action that there is not."""
     return UserError(f"Expected one of {', '.join(known)}, got '{name}'")

@@ -95,7 +95,7 @@ class Handler(BaseHTTPRequestHandler):
         raise NotImplementedError
 
     def news(self) -> Iterator[tuple[str, Any]]:
-        """The events of the stream, each a name and a value for JSON, until the server closes."""
+        """Returns the events of the stream, each a name and a value for JSON, until the server closes."""
         raise NotImplementedError
 
     def act(self, name: str, asked: Mapping[str, Any]) -> None:

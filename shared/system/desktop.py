@@ -13,18 +13,18 @@ PROGRAM_SUFFIX = ".exe" if sys.platform == "win32" else ""
 if sys.platform in ("win32", "darwin"):
 
     def has_display(environment: Mapping[str, str] = os.environ) -> bool:
-        """True if a window can be opened here: everywhere but in a session from another machine."""
+        """Returns true if a window can be opened here: everywhere but in a session from another machine."""
         return "SSH_CONNECTION" not in environment
 
 else:
 
     def has_display(environment: Mapping[str, str] = os.environ) -> bool:
-        """True if a window can be opened here."""
+        """Returns true if a window can be opened here."""
         return bool(environment.get("DISPLAY") or environment.get("WAYLAND_DISPLAY"))
 
 
 def from_here(path: Path) -> str:
-    """The path as it is typed in the present folder; the whole path where the two lie on different drives."""
+    """Returns the path as it is typed in the present folder; the whole path where the two lie on different drives."""
     try:
         return os.path.relpath(path)
     except ValueError:

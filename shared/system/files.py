@@ -23,7 +23,7 @@ if sys.platform == "win32":
         _at_locked_byte(file, msvcrt.LK_NBLCK)
 
     def locked(file: io.FileIO) -> bool:
-        """True if another open file has the mark."""
+        """Returns true if another open file has the mark."""
         try:
             _at_locked_byte(file, msvcrt.LK_NBLCK)
         except OSError:
@@ -51,7 +51,7 @@ else:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
     def locked(file: io.FileIO) -> bool:
-        """True if another open file has the mark."""
+        """Returns true if another open file has the mark."""
         try:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -84,5 +84,8 @@ else:
 
 
 def open_to_others(path: Path) -> bool:
-    """True if others than its owner may read or write a file; Windows says so by other means, which are not asked."""
+    """Returns true if others than its owner may read or write a file.
+
+    Windows says so by other means, which are not asked.
+    """
     return sys.platform != "win32" and bool(path.stat().st_mode & 0o077)

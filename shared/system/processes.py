@@ -24,12 +24,12 @@ from functools import cache
 if sys.platform == "linux":
 
     def usable_processors() -> int:
-        """The processors that this process may use."""
+        """Returns the processors that this process may use."""
         return len(os.sched_getaffinity(0))
 else:
 
     def usable_processors() -> int:
-        """The processors of the machine: this system keeps no process from any of them."""
+        """Returns the processors of the machine: this system keeps no process from any of them."""
         return os.cpu_count() or 1
 
 
@@ -123,7 +123,10 @@ def start(
 
 @cache
 def _my_life() -> int:
-    """The read end of a pipe that nobody writes to and only this process holds open: it closes with the process."""
+    """Returns the read end of a pipe that nobody writes to and only this process holds open.
+
+    It closes with the process.
+    """
     reading, _ = os.pipe()
     return reading
 

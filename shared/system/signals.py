@@ -31,7 +31,7 @@ def handling(handler: Handler, heard: Iterable[signal.Signals] = ENDING) -> Gene
 
 @contextmanager
 def until_stopped() -> Generator[threading.Event]:
-    """An event that Ctrl-C sets, and what else asks a process to end (shared/system/processes.py)."""
+    """Provides an event that Ctrl-C sets, as does what else asks a process to end (shared/system/processes.py)."""
     stopped = threading.Event()
 
     def handler(_number: int, _frame: FrameType | None) -> None:

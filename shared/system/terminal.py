@@ -84,7 +84,7 @@ def outlive_terminal() -> None:
 
 
 def _lasting(stream: io.TextIOWrapper, terminal: _Terminal) -> io.TextIOWrapper:
-    """The same stream by way of the terminal's thread; what was printed at once (PYTHONUNBUFFERED) still is."""
+    """Returns the same stream by way of the terminal's thread; what was printed at once (PYTHONUNBUFFERED) still is."""
     raw = _Lasting(stream.fileno(), "w", closefd=False)
     raw.terminal = terminal
     at_once = stream.write_through

@@ -152,7 +152,7 @@ def _table(stops: Sequence[Stop], names: Sequence[str], readings: int) -> _Table
 
 
 def _at_instants(series: Series | None, stop: Stop, readings: int) -> Array:
-    """The readings (m,) nearest to the middles of the m parts of a stop's window."""
+    """Returns the readings (m,) nearest to the middles of the m parts of a stop's window."""
     if series is None or not len(series.angle_rad):
         return np.full(readings, np.nan)
     instants = stop.begin_ns + (np.arange(readings) + 0.5) / readings * (stop.end_ns - stop.begin_ns)
@@ -194,7 +194,7 @@ def _fit(table: _Table, stops: Sequence[Stop], source: str, reference: str) -> S
 
 
 def regress(difference: Array, *, angle_rad: Array, approach: Array) -> tuple[dict[str, Estimate | None], float]:
-    """Offset, gain − 1 and hysteresis of the model above from stops (n,), and the residuals' standard deviation.
+    """Gives offset, gain − 1 and hysteresis of the model above from stops (n,), and the residuals' standard deviation.
 
     A term that the stops cannot tell apart is left out and None: gain with one angle only, hysteresis with stops on
     one way only. With too few stops all are None and the deviation is NaN.
@@ -222,7 +222,7 @@ def regress(difference: Array, *, angle_rad: Array, approach: Array) -> tuple[di
 
 
 def _least_squares(design: Array, target: Array) -> tuple[Array, Array, Array]:
-    """Coefficients (p,), their HC3 covariance (p, p) and the residuals (n,)."""
+    """Returns coefficients (p,), their HC3 covariance (p, p) and the residuals (n,)."""
     bread = np.linalg.inv(design.T @ design)
     values = bread @ design.T @ target
     residuals = target - design @ values
@@ -232,7 +232,7 @@ def _least_squares(design: Array, target: Array) -> tuple[Array, Array, Array]:
 
 
 def _noise(series: Sequence[Series]) -> float:
-    """The pooled standard deviation within stops; NaN when no stop has two readings."""
+    """Returns the pooled standard deviation within stops; NaN when no stop has two readings."""
     many = [one.angle_rad for one in series if len(one.angle_rad) > 1]
     freedom = sum(len(angles) - 1 for angles in many)
     total = sum(float(np.sum((angles - angles.mean()) ** 2)) for angles in many)
@@ -240,7 +240,7 @@ def _noise(series: Sequence[Series]) -> float:
 
 
 def _suspect(series: Sequence[Series]) -> int:
-    """The number of readings that lie more than eight robust standard deviations from their stop's median.
+    """Returns the number of readings that lie more than eight robust standard deviations from their stop's median.
 
     The deviation is that of all stops together, so that a quiet stop of a coarse gauge makes nothing suspect.
     """

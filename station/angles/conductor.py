@@ -94,5 +94,5 @@ class Conductor:
         self._procedure.on_reply(known, now_ns=self._clock.now_ns())
 
     def disarm(self) -> None:
-        """The last heartbeat: the arm is to hold, and obeys nobody any more."""
+        """Sends the last heartbeat: the arm is to hold, and obeys nobody any more."""
         self._bus.publish("session/heartbeat", Heartbeat(self._clock.now_ns(), armed=False, owner=self._owner))

@@ -32,7 +32,7 @@ def write_figure(comparison: Comparison, path: Path) -> None:
 
 
 def shown(comparison: Comparison) -> str:
-    """The figure with its caption, for a page."""
+    """Returns the figure with its caption, for a page."""
     alt = "difference of every sensor from the reference, by angle"
     with style():
         return drawn(_drawn(comparison), _caption(comparison), name="angles", alt=alt)

@@ -19,20 +19,20 @@ Array = NDArray[np.float64]
 
 
 def mount_rotation(rpy_deg: Vector) -> Array:
-    """plate_from_sensor, (3, 3) = Rz(yaw) Ry(pitch) Rx(roll), of a sensor whose own frame has z up when level."""
+    """Gives plate_from_sensor, (3, 3) = Rz(yaw) Ry(pitch) Rx(roll), of a sensor whose own frame has z up when level."""
     roll, pitch, yaw = (math.radians(angle) for angle in rpy_deg)
     return transform((0.0, 0.0, 0.0), (roll, pitch, yaw))[:3, :3]
 
 
 def gravity_of_attitude(qw: float, qx: float, qy: float, qz: float) -> Vector:
-    """Gravity in the body's frame from world_from_body, the world's z up: minus the rotation's third row."""
+    """Returns gravity in the body's frame from world_from_body, the world's z up: minus the rotation's third row."""
     square = qw * qw + qx * qx + qy * qy + qz * qz
     x, y = 2 * (qw * qy - qx * qz) / square, -2 * (qw * qx + qy * qz) / square
     return (x, y, 2 * (qx * qx + qy * qy) / square - 1)
 
 
 def gravity_of_aeronautical(roll_rad: float, pitch_rad: float) -> Vector:
-    """Gravity in a sensor's forward-left-up frame from MAVLink's roll and pitch (forward-right-down, ZYX).
+    """Returns gravity in a sensor's forward-left-up frame from MAVLink's roll and pitch (forward-right-down, ZYX).
 
     In the forward-right-down frame it is (−sin p, cos p sin r, cos p cos r).
     """
@@ -44,7 +44,7 @@ def gravity_of_aeronautical(roll_rad: float, pitch_rad: float) -> Vector:
 
 
 def gravity_of_motive(qx: float, qy: float, qz: float, qw: float, *, up_axis: str) -> Vector:
-    """Gravity in a rigid body's frame with z up, from Motive's quaternion (x, y, z, w) and its up axis, "y" or "z".
+    """Gives gravity in a rigid body's frame with z up, by Motive's quaternion (x, y, z, w) and its up axis, "y" or "z".
 
     A rigid body's axes are Motive's at the moment when it is made; with y up, our x, y, z are Motive's x, −z, y.
     """
@@ -56,7 +56,7 @@ def gravity_of_motive(qx: float, qy: float, qz: float, qw: float, *, up_axis: st
 
 
 def on_plate(gravity: Vector, *, plate_from_sensor: Array) -> Vector:
-    """Gravity's unit vector (3,) in the plate frame, from the one in the sensor's and plate_from_sensor (3, 3)."""
+    """Gives gravity's unit vector (3,) in the plate frame, by the one in the sensor's and plate_from_sensor (3, 3)."""
     return _vector(plate_from_sensor @ np.array(gravity))
 
 

@@ -24,7 +24,7 @@ _PERIOD_S = 0.005
 
 
 def source_names(table: Table) -> tuple[SourceName, ...]:
-    """The sources in the `[angles]` table of a rig; raises UserError when a kind does not exist."""
+    """Returns the sources in the `[angles]` table of a rig; raises UserError when a kind does not exist."""
     return tuple(_source_name(name, table.child(name)) for name in table.values)
 
 

@@ -16,7 +16,10 @@ _STYLE = "td { text-align: right; white-space: nowrap; } td:first-child { text-a
 
 
 def comparison_page(comparison: Comparison, *, source: str) -> str:
-    """The page as HTML; `source` is the recording's path, which its command (that of `made_by`, or else) names."""
+    """Returns the page as HTML.
+
+    `source` is the recording's path, which its command (that of `made_by`, or else) names.
+    """
     with made_by(command(command_line("station", "compare-angles", **{"from": source}))):
         return whole_page(title="Angle sensors compared", body="\n".join(_body(comparison)), style=_STYLE)
 

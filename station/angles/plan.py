@@ -51,7 +51,10 @@ class PlannedStop:
 
 
 def planned_stops(plan: ComparisonPlan) -> tuple[PlannedStop, ...]:
-    """All stops in order. Sweeps share the level stop between them; with a way back the last one ends at level."""
+    """Returns all stops in order.
+
+    Sweeps share the level stop between them; with a way back the last one ends at level.
+    """
     count = math.floor(plan.to_deg / plan.step_deg + 1e-9)
     up = [index * plan.step_deg for index in range(count + 1)]
     down = up[-2:0:-1] if plan.way_back else []

@@ -78,7 +78,7 @@ class Procedure:
     # --- what happens -------------------------------------------------------------------------------------------------
 
     def on_reading(self, source: str, *, stamp_ns: int) -> None:
-        """A source has read something."""
+        """Takes what a source has read."""
         heard = self._heard.get(source)
         if heard is None:
             return
@@ -87,7 +87,7 @@ class Procedure:
             heard.count, heard.last_ns = heard.count + 1, stamp_ns
 
     def on_reply(self, reply: ArmReply | None, *, now_ns: int) -> None:
-        """The arm agent has answered a command, or nobody has."""
+        """Takes the arm agent's answer to a command, or that nobody has answered."""
         if self.phase is not Phase.COMMANDED:
             return
         if reply is None:
@@ -98,7 +98,7 @@ class Procedure:
             self._enter(Phase.MOVING, now_ns)
 
     def on_motion(self, report: MotionReport, *, now_ns: int) -> None:
-        """The arm agent reports a motion."""
+        """Takes the arm agent's report of a motion."""
         if self.phase not in (Phase.COMMANDED, Phase.MOVING):
             return
         target = self._targets[self._state.index]
@@ -133,7 +133,7 @@ class Procedure:
         return _MOTION_SLACK_S + 3 * self._plan.to_deg / self._plan.rate_deg_s
 
     def _wait_for_sources(self, now_ns: int, waited_s: float) -> None:
-        """All that speak by themselves must have spoken; after `start_s` the comparison begins without the others."""
+        """Waits for all that speak by themselves; after `start_s` the comparison begins without the others."""
         quiet = [name for name, heard in self._heard.items() if not heard.spoke and not heard.on_demand]
         if (now_ns - self._state.since_ns < _ARMING_NS) or (quiet and waited_s < self._plan.start_s):
             return
@@ -175,7 +175,7 @@ class Procedure:
         self._event(READ_PHASE, now_ns, f"at {math.degrees(stop.angle_rad):.2f} degrees")
 
     def _satisfied(self, heard: _Heard, now_ns: int) -> bool:
-        """True if a source need not be waited for any longer at this stop."""
+        """Returns true if a source need not be waited for any longer at this stop."""
         wanted = 1 if heard.on_demand else self._plan.readings
         patience_s = self._plan.answer_s if heard.on_demand else self._plan.patience_s
         return heard.count >= wanted or (now_ns - heard.last_ns) * 1e-9 > patience_s

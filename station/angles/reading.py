@@ -34,12 +34,12 @@ class Reading:
 
 
 def absent_reading(stamp_ns: int) -> Reading:
-    """The answer of a sensor that was asked and has no value."""
+    """Returns the answer of a sensor that was asked and has no value."""
     return Reading(stamp_ns=stamp_ns, angle_rad=math.nan, absent=True)
 
 
 def reading_of_gravity(gravity: Vector, *, stamp_ns: int) -> Reading:
-    """The reading of a sensor that knows gravity's direction in the plate frame, of any length but zero.
+    """Returns the reading of a sensor that knows gravity's direction in the plate frame, of any length but zero.
 
     Raises:
         ValueError: if the vector has no length.
@@ -53,13 +53,13 @@ def reading_of_gravity(gravity: Vector, *, stamp_ns: int) -> Reading:
 
 
 def message_of_reading(reading: Reading, *, source: str) -> AngleReading:
-    """The reading as it goes on the bus."""
+    """Returns the reading as it goes on the bus."""
     x, y, z = reading.gravity or (0.0, 0.0, 0.0)
     return AngleReading(reading.stamp_ns, source, reading.angle_rad, x, y, z, reading.sigma_rad)
 
 
 def inclination(message: AngleReading, *, azimuth_rad: float) -> float:
-    """The signed tilt in radians about the tilting axis at `azimuth_rad` (the paper's beta).
+    """Returns the signed tilt in radians about the tilting axis at `azimuth_rad` (the paper's beta).
 
     With gravity known it is atan2(g · downhill, −g_z), which noise near level does not fold over as it folds the
     unsigned tilt; a sensor with one axis is taken at its word.
@@ -72,7 +72,7 @@ def inclination(message: AngleReading, *, azimuth_rad: float) -> float:
 
 
 def turn_between(first: Reading, second: Reading) -> float:
-    """The angle, rad, by which the plate turned between two readings of one sensor, as far as the sensor can know."""
+    """Returns the angle, rad, by which the plate turned between two readings of one sensor, as far as it can know."""
     if first.gravity is None or second.gravity is None:
         return abs(second.angle_rad - first.angle_rad)
     (ax, ay, az), (bx, by, bz) = first.gravity, second.gravity

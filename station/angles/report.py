@@ -17,14 +17,14 @@ _FIT_COLUMNS = (
 
 
 def text_of(comparison: Comparison) -> str:
-    """Table I and the fits, ready to print."""
+    """Returns Table I and the fits, ready to print."""
     remarks = remarks_of(comparison)
     tables = [f"{title}\n{_grid(rows)}" for title, rows in (table_one(comparison), fit_table(comparison))]
     return "\n\n".join([*tables, *(["\n".join(remarks)] if remarks else [])])
 
 
 def table_one(comparison: Comparison) -> tuple[str, list[list[str]]]:
-    """Table I as the paper prints it: its title, and rows of cells, the first one the head."""
+    """Returns Table I as the paper prints it: its title, and rows of cells, the first one the head."""
     cells = {(pair.first, pair.second): pair for pair in comparison.pairs}
     rows = [["degrees", *comparison.sources]]
     for name in comparison.sources:
@@ -43,7 +43,7 @@ def _cell(pair: Pair) -> str:
 
 
 def fit_table(comparison: Comparison) -> tuple[str, list[list[str]]]:
-    """The fitted model of each source: the title, and rows of cells, the first one the head."""
+    """Returns the fitted model of each source: the title, and rows of cells, the first one the head."""
     rows = [["source", "offset", "gain", "hysteresis", "noise", "scatter", "readings", "suspect"]]
     for fit in comparison.fits:
         row = [fit.source, _interval(fit.offset, degrees=True), _interval(fit.gain, degrees=False)]
@@ -57,7 +57,7 @@ def fit_table(comparison: Comparison) -> tuple[str, list[list[str]]]:
 
 
 def remarks_of(comparison: Comparison) -> list[str]:
-    """Sentences about readings far outside a source's noise, and about stops that a source has not seen."""
+    """Returns sentences about readings far outside a source's noise, and about stops that a source has not seen."""
     remarks = [
         f"{fit.source}: {fit.suspect} of {fit.readings} readings lie far outside its noise: it jumped, or was touched."
         for fit in comparison.fits
@@ -92,7 +92,7 @@ def _grid(rows: list[list[str]]) -> str:
 
 
 def table_csv(comparison: Comparison) -> str:
-    """Table I with one row a pair."""
+    """Returns Table I with one row a pair."""
     rows = [
         (
             *(pair.first, pair.second, _number(math.degrees(pair.mean_abs_rad)), _number(math.degrees(pair.sd_rad))),
@@ -104,7 +104,7 @@ def table_csv(comparison: Comparison) -> str:
 
 
 def fits_csv(comparison: Comparison) -> str:
-    """The fitted model with one row a source; empty cells where the stops do not determine a term."""
+    """Returns the fitted model with one row a source; empty cells where the stops do not determine a term."""
     return _csv(_FIT_COLUMNS, [_fit_row(fit, comparison.reference) for fit in comparison.fits])
 
 

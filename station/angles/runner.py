@@ -95,7 +95,7 @@ class Runner:
         return [Note(WARNING, text)]
 
     def _revive(self, now_ns: int) -> None:
-        """A silent source is opened anew now and then: its server may have been restarted and have forgotten us."""
+        """Opens a silent source anew now and then: its server may have been restarted and have forgotten us."""
         if self._watch.silent and self._open and now_ns >= self._retry_ns:
             self._shut()
 
@@ -112,7 +112,7 @@ class Runner:
 
 
 def runner_of_table(name: str, table: Table, *, bus: Bus, clock: Clock) -> Runner:
-    """The runner for `[angles.<name>]`.
+    """Returns the runner for `[angles.<name>]`.
 
     Raises:
         UserError: naming file, line and key of what is wrong in the table.

@@ -45,7 +45,7 @@ class SourceName:
 
 
 def split_table(table: Table) -> tuple[SourceSettings, Table]:
-    """The common settings of a source's table, and the table that is left for the source.
+    """Returns the common settings of a source's table, and the table that is left for the source.
 
     Raises:
         UserError: naming file, line and key of what is wrong.

@@ -19,7 +19,7 @@ _SAME_RAD = math.radians(1e-3)
 
 
 def is_needed(topic: str) -> bool:
-    """True if a comparison is computed from messages of this topic."""
+    """Returns true if a comparison is computed from messages of this topic."""
     return topic in ("arm/command", "session/event") or topic.startswith(ANGLE_PREFIX)
 
 
@@ -81,7 +81,7 @@ class _Gathered:
 
 
 def stops_of(messages: Iterable[Message]) -> tuple[Stop, ...]:
-    """The finished stops in order; readings belong to the stop in whose window their stamp falls."""
+    """Returns the finished stops in order; readings belong to the stop in whose window their stamp falls."""
     gathered = _Gathered()
     for message in messages:
         gathered.take(message)

@@ -45,7 +45,7 @@ class Watch:
             self._heard_ns = now_ns
 
     def take(self, readings: Sequence[Reading], *, now_ns: int) -> list[Note]:
-        """The sentences about new readings."""
+        """Returns the sentences about new readings."""
         notes: list[Note] = []
         if readings and self.silent:
             silent_s = (now_ns - (self._heard_ns or now_ns)) * 1e-9
@@ -75,7 +75,7 @@ class Watch:
         )
 
     def unreadable(self, what: str, *, now_ns: int) -> list[Note]:
-        """Something came that is no reading."""
+        """Notes, once for each time that this happens, that something came that is no reading."""
         return self._say_once(self._garbage, f"The angle source {self._name} gave no reading: {what}.", now_ns)
 
     def _say_once(self, episode: _Episode, text: str, now_ns: int) -> list[Note]:
@@ -83,7 +83,7 @@ class Watch:
         return [Note(WARNING, text)] if episode.count == 1 else []
 
     def look(self, now_ns: int) -> list[Note]:
-        """The sentences that are due because time has passed."""
+        """Returns the sentences that are due because time has passed."""
         notes = [
             *self._end(self._jumps, "jumped", now_ns),
             *self._end(self._garbage, "gave no reading", now_ns),

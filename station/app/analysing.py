@@ -20,7 +20,7 @@ from station.friction.results import PairResult, analyse, with_limit_curves
 
 
 def results_of(sessions: Sequence[Session], *, cutout_m: float = CUTOUT_M, seed: int = 1) -> tuple[PairResult, ...]:
-    """The results of each surface pair; `cutout_m` is the radius of the opening in the foam.
+    """Returns the results of each surface pair; `cutout_m` is the radius of the opening in the foam.
 
     Raises:
         UserError: for a radius that is none, if there is no sample, or if samples come twice.
@@ -36,12 +36,12 @@ def results_of(sessions: Sequence[Session], *, cutout_m: float = CUTOUT_M, seed:
 
 
 def has_findings(results: Sequence[PairResult]) -> bool:
-    """True if something that was asked of the data cannot be concluded."""
+    """Returns true if something that was asked of the data cannot be concluded."""
     return any(note.finding for result in results for note in conclusions(result))
 
 
 def in_words(results: Sequence[PairResult], sessions: Sequence[Session]) -> Iterator[RenderableType]:
-    """Tables and conclusions, as the terminal shows them; notes and sessions without samples come first."""
+    """Yields tables and conclusions, as the terminal shows them; notes and sessions without samples come first."""
     yield from (Text(note_line(note)) for note in notes_of(sessions))
     for session in sessions:
         if not session.samples:
@@ -60,7 +60,7 @@ def notes_of(sessions: Sequence[Session]) -> tuple[str, ...]:
 
 
 def printed(table: ReportTable) -> Table:
-    """A table for the terminal."""
+    """Returns a table for the terminal."""
     drawn = Table(title=table.title, title_justify="left", caption=table.note or None, caption_justify="left")
     for index, column in enumerate(table.columns):
         drawn.add_column(column, justify="right" if index else "left")

@@ -67,7 +67,7 @@ def write_results(
 
 
 def flagged(results: Sequence[PairResult]) -> list[Sample]:
-    """The samples with the filters' names; what the session itself flagged stays."""
+    """Returns the samples with the filters' names; what the session itself flagged stays."""
     return [sample for result in results for sample in _flagged(result.pair)]
 
 

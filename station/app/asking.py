@@ -13,7 +13,7 @@ _AGAIN_S = 0.3
 
 
 def asked(bus: Bus, service: str, request: Message, *, within_s: float) -> Message | None:
-    """The answer to a request; None if there is none within `within_s`. It may be called on any thread."""
+    """Returns the answer to a request; None if there is none within `within_s`. It may be called on any thread."""
     replies: list[Message] = []
     answered = threading.Event()
 

@@ -29,18 +29,21 @@ from station.simulators.mujoco.world import TwinWorld
 
 
 def simulated_rig_path() -> Path:
-    """The file of the rig that needs no hardware."""
+    """Returns the file of the rig that needs no hardware."""
     with as_file(files("station.app.rigs") / "simulated.toml") as path:
         return path
 
 
 def rig_from(path: str | None) -> RigConfig:
-    """The rig of `--rig`, or the simulated one."""
+    """Returns the rig of `--rig`, or the simulated one."""
     return load_rig(Path(path) if path else simulated_rig_path())
 
 
 def sampling_machine(rig: RigConfig, plan: Plan, *, tilter: Tilter | None = None) -> SamplingMachine:
-    """The state machine for a rig and a plan; `tilter` is that of an arm agent in the same process, if there is one."""
+    """Returns the state machine for a rig and a plan.
+
+    `tilter` is that of an arm agent in the same process, if there is one.
+    """
     return SamplingMachine(
         plan,
         size_px=(rig.camera.width_px, rig.camera.height_px),
@@ -51,7 +54,7 @@ def sampling_machine(rig: RigConfig, plan: Plan, *, tilter: Tilter | None = None
 
 
 def plan_from(path: str | None, *, samples: int | None, seed: int | None) -> Plan:
-    """The plan of `--plan`, or the paper's; `--samples` and `--seed` replace its own."""
+    """Returns the plan of `--plan`, or the paper's; `--samples` and `--seed` replace its own."""
     for name, value, least in (("samples", samples, 1), ("seed", seed, 0)):
         if value is not None and value < least:
             raise UserError(f"Expected --{name} to be {least} or more, got {value}")
@@ -62,7 +65,7 @@ def plan_from(path: str | None, *, samples: int | None, seed: int | None) -> Pla
 
 
 def specimen(rig: RigConfig) -> Specimen:
-    """The facts about block and plate that the samples carry."""
+    """Returns the facts about block and plate that the samples carry."""
     length, width, _ = rig.block.size_m
     return Specimen(
         object=rig.block.name,
@@ -75,7 +78,7 @@ def specimen(rig: RigConfig) -> Specimen:
 
 
 def nominal_geometry(rig: RigConfig, *, stamp_ns: int = 0) -> CameraGeometry:
-    """The view that the rig file states, for want of a calibration: straight down at the plate's centre."""
+    """Returns the view that the rig file states, for want of a calibration: straight down at the plate's centre."""
     camera = rig.camera
     centre = ((camera.width_px - 1) / 2, (camera.height_px - 1) / 2)
     return CameraGeometry(
@@ -91,7 +94,7 @@ def nominal_geometry(rig: RigConfig, *, stamp_ns: int = 0) -> CameraGeometry:
 
 
 def reach_of(rig: RigConfig, *, tilter: Tilter | None = None) -> Reach:
-    """The largest tilt (rad) of the rig's arm at an azimuth, by its kinematics and limits.
+    """Returns the largest tilt (rad) of the rig's arm at an azimuth, by its kinematics and limits.
 
     A path is the arm's own property, so the paths that a `tilter` of the same rig has solved need no second solving.
     """
@@ -122,7 +125,7 @@ def require_reachable(rig: RigConfig, plan: Plan) -> Tilter:
 
 
 def _reaches(tilter: Tilter, plan: Plan) -> bool:
-    """True if every direction of the plan is surely within reach; if not, somebody else says why."""
+    """Returns true if every direction of the plan is surely within reach; if not, somebody else says why."""
     try:
         return all(tilter.path(azimuth_of_direction(n)).reach_rad >= plan.max_rad for n in plan.direction.some)
     except UserError:
@@ -130,7 +133,10 @@ def _reaches(tilter: Tilter, plan: Plan) -> bool:
 
 
 def twin_world(rig: RigConfig, *, seed: int, start_ns: int, stage: TiltStage | None = None) -> TwinWorld:
-    """The simulated world of a rig: arm at home (a known `stage` saves solving that), block at the plate's centre."""
+    """Returns the simulated world of a rig.
+
+    The arm is at home (a known `stage` saves solving that), the block at the plate's centre.
+    """
     require_own_file(rig.twin, "pair")
     settings = parse(TwinSettings, rig.twin)
     length, width, height = rig.block.size_m

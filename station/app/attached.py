@@ -27,7 +27,7 @@ _NO_SAG_PX = 1e6
 
 
 def attached_table(reader: RecordingReader, name: str) -> Table | None:
-    """The TOML file `name` inside a recording; None if it carries none.
+    """Returns the TOML file `name` inside a recording; None if it carries none.
 
     Raises:
         UserError: if it is not TOML.
@@ -38,7 +38,9 @@ def attached_table(reader: RecordingReader, name: str) -> Table | None:
 
 
 def attached_rig(reader: RecordingReader) -> RigConfig | None:
-    """The rig inside a recording, without the folders of effects and plug-ins that it names; None if it carries none.
+    """Returns the rig inside a recording, without the folders of effects and plug-ins that it names.
+
+    It is None if it carries none.
 
     A session that was simulated again has nothing of what a simulated rig conceals on purpose.
 
@@ -53,14 +55,14 @@ def attached_rig(reader: RecordingReader) -> RigConfig | None:
 
 
 def planted_in(rig: RigConfig | None) -> tuple[str, ...]:
-    """A note on what a simulated rig conceals on purpose, if its file says so."""
+    """Returns a note on what a simulated rig conceals on purpose, if its file says so."""
     if rig is None or not rig.planted:
         return ()
     return (f"the rig is a simulation: {visible(rig.planted)}{_sag_at_onset(rig.camera)}",)
 
 
 def _sag_at_onset(camera: CameraConfig) -> str:
-    """The sag of a simulated camera in px and in mm, at a tilt that is reached; empty if it does not sag."""
+    """Returns the sag of a simulated camera in px and in mm, at a tilt that is reached; empty if it does not sag."""
     upright_px = camera.options.values.get("sag_px")
     if not isinstance(upright_px, int | float) or not 0.0 < abs(upright_px) < _NO_SAG_PX:
         return ""
@@ -70,14 +72,14 @@ def _sag_at_onset(camera: CameraConfig) -> str:
 
 
 def planted_in_recording(reader: RecordingReader) -> tuple[str, ...]:
-    """The same note about the rig inside a recording; none if that cannot be read."""
+    """Returns the same note about the rig inside a recording; none if that cannot be read."""
     with contextlib.suppress(UserError):
         return planted_in(attached_rig(reader))
     return ()
 
 
 def effects_left_out(reader: RecordingReader) -> tuple[str, ...]:
-    """The folders of effects that the rig file inside a recording would load if it were one's own, as it names them.
+    """Returns the folders of effects that the rig file inside a recording would load if it were one's own, by name.
 
     Raises:
         UserError: if it is not TOML, or its `[physics]` is no table.

@@ -103,7 +103,7 @@ def issue(rig: RigConfig, folder: Path, role: str, common_name: str) -> None:
 
 
 def _hosts(endpoints: Iterable[str]) -> Iterable[x509.GeneralName]:
-    """The addresses under which others connect to a process, and this machine's own."""
+    """Yields the addresses under which others connect to a process, and this machine's own."""
     named = {"127.0.0.1"} | {endpoint.partition("/")[2].rpartition(":")[0].strip("[]") for endpoint in endpoints}
     for host in sorted(named):
         try:

@@ -9,7 +9,7 @@ from shared.errors import UserError
 
 
 def borrowed(group: str, name: str, *, to: str) -> Any:
-    """The agent's object at an entry point; `to` says in an error what it is wanted for.
+    """Returns the agent's object at an entry point; `to` says in an error what it is wanted for.
 
     Raises:
         UserError: if the camera agent is not installed here.

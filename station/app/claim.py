@@ -17,7 +17,7 @@ ANSWER_S = 5.0
 
 
 def session_name() -> str:
-    """A name that no other session has, and that says where to look for this one: computer, process, chance."""
+    """Returns a name that no other session has, and that says where to look for this one: computer, process, chance."""
     return f"{socket.gethostname()}/{os.getpid()}/{secrets.token_hex(4)}"
 
 

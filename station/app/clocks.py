@@ -35,7 +35,7 @@ class RoundTrip:
 
 
 def best_of(trips: Collection[RoundTrip]) -> tuple[RoundTrip, int]:
-    """The quickest round trip, and the standard error (ns) that its length allows (uniform over ± rtt/2)."""
+    """Returns the quickest round trip, and the standard error (ns) that its length allows (uniform over ± rtt/2)."""
     best = min(trips, key=lambda trip: trip.rtt_ns)
     return best, round(best.rtt_ns / 12**0.5)
 

@@ -32,7 +32,7 @@ class PictureTracker(Protocol):
     """The camera agent's tracker of recorded pictures."""
 
     def corners(self, picture: bytes, *, like: MarkerCorners) -> MarkerCorners | None:
-        """The corners in the picture in which `like` was seen; None if it is no picture of the rig's camera."""
+        """Returns the corners in the picture in which `like` was seen; None if it is no picture of the rig's camera."""
         ...
 
 
@@ -80,7 +80,7 @@ class CornersAgain:
 
 
 def allowed_px(derived: MarkerCorners) -> float:
-    """The largest difference, px, of a recorded coordinate from the one that was read again."""
+    """Returns the largest difference, px, of a recorded coordinate from the one that was read again."""
     return max(FLOOR_PX, SIGMAS * derived.sigma_px)
 
 
@@ -100,7 +100,7 @@ def corners_again(reader: RecordingReader, tracker: PictureTracker) -> CornersAg
 
 
 def picture_tracker(rig: RigConfig, calibration_toml: str) -> PictureTracker:
-    """The camera agent's tracker for a recording's rig and calibration.
+    """Returns the camera agent's tracker for a recording's rig and calibration.
 
     Raises:
         UserError: if the camera agent is not installed here.

@@ -62,7 +62,10 @@ class Concealed:
 
 
 def drawn(known: Catalogue, rng: np.random.Generator) -> Model:
-    """The plain model with one effect, drawn among those that a session of this length shows; so are size and sign."""
+    """Returns the plain model with one effect, drawn among those that a session of this length shows.
+
+    Its size and sign are drawn as well.
+    """
     able = [known[name] for name in sorted(known) if known[name].demonstrated]
     effect = able[rng.integers(len(able))]
     values = effect.neutral()
@@ -103,7 +106,7 @@ def conceal(
 
 
 def firm_rig() -> RigConfig:
-    """The simulated rig without what its file plants in it: the camera's mount does not sag."""
+    """Returns the simulated rig without what its file plants in it: the camera's mount does not sag."""
     table = load_table(assembly.simulated_rig_path())
     values = tomllib.loads(table.text)
     del values["planted"], values["camera"]["options"]["sag_px"]
@@ -160,7 +163,7 @@ def _wrong(said: list[EffectFound], near: bool, unseen: str) -> str:
 
 
 def _unseen(found: Diagnosis, concealed: str, shows: bool) -> str:
-    """The reason why the recording could not show the concealed effect; empty if it could."""
+    """Returns the reason why the recording could not show the concealed effect; empty if it could."""
     if not shows:
         return "the session is the same without it"
     return untestable_because(found) if found.verdict == "untestable" else found.untestable.get(concealed, "")
@@ -172,7 +175,7 @@ def _planted(term: Term) -> str:
 
 
 def _found(effect: EffectFound, known: Catalogue) -> str:
-    """The name, or those that cannot be told apart, with its probability and its sizes."""
+    """Returns the name, or those that cannot be told apart, with its probability and its sizes."""
     titles = [known[name].title if name in known else OUTSIDE for name in effect.class_ids]
     title = " or ".join(titles) if len(titles) > 1 else effect.title
     numbers = _numbers(_sizes(effect, known))
@@ -180,7 +183,7 @@ def _found(effect: EffectFound, known: Catalogue) -> str:
 
 
 def _sizes(effect: EffectFound, known: Catalogue) -> Mapping[str, Value]:
-    """The effect's sizes without its shapes: those that surely differ from nothing, or all if none does."""
+    """Returns the effect's sizes without its shapes: those that surely differ from nothing, or all if none does."""
     if effect.id not in known:
         return {}
     names = [one.name for one in known[effect.id].parameters if not one.is_shape]

@@ -127,7 +127,7 @@ def _diagnosed(
     jobs: int,
     status: Progress,
 ) -> Examined:
-    """The answer with the next experiment, and against the simulation if one is given."""
+    """Returns the answer with the next experiment, and against the simulation if one is given."""
     setting = setting_of(rig)
     known = catalogue_of_table(rig.physics if rig else Table({}))
     found = examined(

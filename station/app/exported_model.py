@@ -22,7 +22,7 @@ _DIRECTIONS = np.radians([0.0, 45.0, 150.0, 250.0])
 
 
 def known_formats() -> list[str]:
-    """The formats that may be asked for."""
+    """Returns the formats that may be asked for."""
     return sorted({*export_formats(), *model_formats()})
 
 

@@ -15,7 +15,7 @@ from station.recording.reader import open_recording
 
 
 def free_of_foam_m(samples: Sequence[Sample], path: Path) -> dict[str, list[float]]:
-    """The column foam_free_m: the distance (m) of each block from the foam, 0 or less where it leans on it.
+    """Returns the column foam_free_m: the distance (m) of each block from the foam, 0 or less where it leans on it.
 
     It is nan where the place is unknown; the column is left out for a table, and where no rig file tells of a foam.
     """

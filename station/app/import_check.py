@@ -19,7 +19,7 @@ from station.recording.reader import RecordingReader
 
 
 def checked(reader: RecordingReader) -> Iterator[str]:
-    """The lines: what is wrong with the recording as a whole, or each reason with the effects that it hides."""
+    """Yields the lines: what is wrong with the recording as a whole, or each reason with the effects that it hides."""
     rig = rig_of(reader)
     evidence = evidence_of(load_signals(reader), setting_of(rig))
     why = why_not(evidence)

@@ -117,7 +117,7 @@ class LiveSession:
             self._watch.tick(now_ns)
 
     def _on_stopped(self, reason: str) -> None:
-        """The recording had to stop, and with it the session; on the recorder's thread."""
+        """Stops the session, as the recording had to stop; called on the recorder's thread."""
         self._stop.ask(reason)
         if self._watch is not None:
             self._watch.stopped_recording(reason)

@@ -53,7 +53,7 @@ class WorldBuilder(Protocol):
     """Makes the world of a rig: `assembly.twin_world`, or another."""
 
     def __call__(self, rig: RigConfig, *, seed: int, start_ns: int, stage: TiltStage | None = None) -> TwinWorld:
-        """See `assembly.twin_world`."""
+        """Makes the world of `rig`; a known `stage` saves solving for the arm's home."""
         ...
 
 
@@ -126,7 +126,7 @@ class Lockstep:
         return Outcome(samples=samples, simulated_s=simulated, fault=self.session.fault or stopped or stop.reason)
 
     def _run(self, start: int, *, on_sample: Callable[[int], None], limit_s: float, stop: StopRequest) -> int:
-        """The loop: whatever is due first, and of what is due together the one that stands first here."""
+        """Runs the loop: does whatever is due first, and of what is due together the one that stands first here."""
         due = [
             (start, ARM, ARM_NS, self._tick_arm),
             (start, SESSION, SESSION_NS, self._tick_session),
@@ -166,14 +166,14 @@ class Lockstep:
         self.session.tick(now_ns)
 
     def _tick_clock(self, now_ns: int) -> None:
-        """One clock drives all: the offsets are zero, and said to be."""
+        """Says that the offsets are zero, as one clock drives all."""
         for agent in ("camera", "arm"):
             self.bus.publish("clock", ClockOffset(stamp_ns=now_ns, agent=agent))
 
 
 @contextmanager
 def _without_garbage_collection() -> Generator[None]:
-    """Nothing in the loop makes cycles of objects, and looking for them costs a tenth of it."""
+    """Collects no garbage: nothing in the loop makes cycles of objects, and looking for them costs a tenth of it."""
     enabled = gc.isenabled()
     gc.disable()
     try:
@@ -184,7 +184,7 @@ def _without_garbage_collection() -> Generator[None]:
 
 
 def projected_camera(seed: int, *, sigma_px: float = ProjectionSettings.sigma_px) -> CameraBuilder:
-    """A builder of the camera without pixels, with that noise of a corner's coordinate."""
+    """Returns a builder of the camera without pixels, with that noise of a corner's coordinate."""
 
     def build(bus: Bus, rig: RigConfig, twin: Twin) -> ProjectedCamera:
         place = rig.plate.fiducial_place_mm * 1e-3

@@ -55,7 +55,7 @@ def write_moving(reader: RecordingReader, out: Path, *, setup: Setup, at_s: floa
 
 
 def _pictures(path: Path, moments_s: list[float]) -> Iterator[bytes]:
-    """The viewer's picture of each moment, as a PNG."""
+    """Yields the viewer's picture of each moment, as a PNG."""
     with viewer.headless(size=SIZE_PX) as client:
         viewer.show(client, path, at_s=moments_s[0])
         for _ in range(_UNSEEN):

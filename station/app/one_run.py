@@ -35,7 +35,7 @@ _MOVED_M = 1e-3
 
 
 def run_in_motion(path: Path, diagnosis: Diagnosis, *, rig_path: Path | None = None) -> str:
-    """The drawing of a typical run of a recording, for its report; empty where no run can be simulated again."""
+    """Gives the drawing of a typical run of a recording, for its report; empty where no run can be simulated again."""
     if diagnosis.verdict == "untestable":
         return ""
     reader = open_recording(path)
@@ -47,7 +47,7 @@ def run_in_motion(path: Path, diagnosis: Diagnosis, *, rig_path: Path | None = N
 
 
 def typical_run(recorded: Signals, diagnosis: Diagnosis, *, rig: RigConfig, known: Catalogue) -> str:
-    """A drawing of the run whose path error with the plain model is the middle one; empty where no run slid.
+    """Returns a drawing of the run whose path error with the plain model is the middle one; empty where no run slid.
 
     Raises:
         UserError: if the recording lacks what a simulation needs.
@@ -102,7 +102,7 @@ def _seconds_after(time_ns: Times, begin_ns: int) -> Array:
 
 
 def _moving_ns(time_ns: Times, pose: Array) -> tuple[int, int] | None:
-    """The first and the last moment, ns, at which a block with the poses (n, 3) has left its first and last place."""
+    """Gives the first and the last moment, ns, at which a block with poses (n, 3) has left its first and last place."""
     gone = np.hypot(*(pose[:, :2] - pose[0, :2]).T) > _MOVED_M
     left = np.hypot(*(pose[:, :2] - pose[-1, :2]).T) > _MOVED_M
     if not (gone.any() and left.any()):

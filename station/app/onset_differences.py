@@ -15,7 +15,7 @@ _LISTED = 20
 
 
 def difference(recorded: Sequence[Sample], simulated: Sequence[Sample]) -> list[str]:
-    """The onsets run by run if there are few runs, else the farthest ones; then their sum."""
+    """Returns the onsets run by run if there are few runs, else the farthest ones; then their sum."""
     both = [pair for pair in _pairs(recorded, simulated) if _slid(pair)]
     lines = ["run   recorded  simulated  simulated − recorded (onset, degrees)"] if both else []
     ranked = sorted(both, key=lambda pair: -abs(_apart_deg(*pair)))[:_LISTED]
@@ -26,7 +26,7 @@ def difference(recorded: Sequence[Sample], simulated: Sequence[Sample]) -> list[
 
 
 def of_scatter(share: float, *, drawn: bool) -> list[str]:
-    """A sentence on what a scatter of friction, relative to its mean, does to a comparison of runs.
+    """Returns a sentence on what a scatter of friction, relative to its mean, does to a comparison of runs.
 
     A run was tilted until it slid, so that a simulation of it with more friction than it had ends before its onset.
     """
@@ -41,7 +41,7 @@ def of_scatter(share: float, *, drawn: bool) -> list[str]:
 
 
 def in_sum(recorded: Sequence[Sample], simulated: Sequence[Sample]) -> list[str]:
-    """The mean difference over all runs, and how many of them slid on one side only."""
+    """Returns the mean difference over all runs, and how many of them slid on one side only."""
     pairs = _pairs(recorded, simulated)
     apart = np.array([_apart_deg(*pair) for pair in pairs if _slid(pair)])
     lines: list[str] = []

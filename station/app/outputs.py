@@ -37,7 +37,7 @@ def write_text(path: Path, text: str, *, what: str) -> None:
 
 
 def without_nan(value: Any) -> Any:
-    """The value with None for every number that is not finite, at any depth: JSON has no NaN."""
+    """Returns the value with None for every number that is not finite, at any depth: JSON has no NaN."""
     if isinstance(value, dict):
         return {key: without_nan(item) for key, item in value.items()}  # pyright: ignore[reportUnknownVariableType]
     if isinstance(value, list | tuple):

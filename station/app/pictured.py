@@ -40,13 +40,16 @@ def write_picture(reader: RecordingReader, out: Path, *, setup: Setup, at_s: flo
 
 
 def telling_ns(reader: RecordingReader) -> int:
-    """The moment just after the last slip, when a picture tells most; the end without one."""
+    """Returns the moment just after the last slip, when a picture tells most; the end without one."""
     slips = [sample.detect_ns for sample in reader.samples() if not sample.censored and sample.detect_ns]
     return slips[-1] + round(_AFTER_SLIP_S * 1e9) if slips else reader.end_ns
 
 
 def near(reader: RecordingReader, at_ns: int) -> Iterator[Recorded]:
-    """The messages for a picture of the moment `at_ns`, by log time: of frequent topics those near it, all others."""
+    """Returns the messages for a picture of the moment `at_ns`, by log time.
+
+    Of frequent topics there are those near it, of all others every one.
+    """
     shown = {name: info.count for name, info in reader.topics.items() if not name.startswith(TRUTH)}
     frequent = {name for name, count in shown.items() if count > _FREQUENT_HZ * reader.duration_s}
     often = reader.messages(frequent, at_ns - round(_BEFORE_S * 1e9), at_ns + round(_AFTER_S * 1e9))

@@ -29,12 +29,12 @@ class InFrontOf:
         self._twin, self._camera = twin, camera
 
     def tick(self, now_ns: int) -> None:
-        """See `LockstepCamera.tick`."""
+        """Hands the twin's scene at `now_ns` to the camera, which takes and publishes the frame."""
         self._camera.tick(now_ns, self._twin.scene(now_ns))
 
 
 def pixel_camera(seed: int) -> CameraBuilder:
-    """A builder of the camera that renders and tracks frames in simulated time.
+    """Returns a builder of the camera that renders and tracks frames in simulated time.
 
     Raises:
         UserError: if the camera agent is not installed here.

@@ -25,7 +25,7 @@ class RecordedPlan:
 
     @classmethod
     def of(cls, reader: RecordingReader) -> RecordedPlan:
-        """The plan of a recording."""
+        """Returns the plan of a recording."""
         return cls(text=recorded_plan(reader), lockstep=reader.mode == "lockstep")
 
 
@@ -33,7 +33,7 @@ NO_PLAN = RecordedPlan()
 
 
 def upon(recorded: RecordedPlan, plan: NextExperiment) -> NextExperiment:
-    """The plan with all that it leaves open as in the recorded plan file, if there are both, to be run as that was."""
+    """Gives the plan with all that it leaves open as in the recorded plan file, if both exist, to be run as it was."""
     plan = replace(plan, lockstep=recorded.lockstep)
     if not recorded.text or not plan.plan:
         return plan
@@ -44,7 +44,7 @@ def upon(recorded: RecordedPlan, plan: NextExperiment) -> NextExperiment:
 
 
 def recorded_plan(reader: RecordingReader) -> str:
-    """The plan file in a recording; empty if it has none that a session takes."""
+    """Returns the plan file in a recording; empty if it has none that a session takes."""
     text = reader.attachments.get("plan.toml", b"").decode(errors="replace")
     try:
         parse(Plan, table_of(text, "plan.toml"))

@@ -16,7 +16,7 @@ from station.physics.model import Model, model_of_table, table_of_model
 
 
 def plant(words: Iterable[str], model: Model, known: Catalogue) -> Model:
-    """The model with the effects of `words`, each ID=VALUE or ID.PARAMETER=VALUE, in the parameter's unit.
+    """Returns the model with the effects of `words`, each ID=VALUE or ID.PARAMETER=VALUE, in the parameter's unit.
 
     ID alone means the effect's first parameter; parameters that are not named keep the model's value, or their null.
 
@@ -31,12 +31,12 @@ def plant(words: Iterable[str], model: Model, known: Catalogue) -> Model:
 
 
 def effects_meant(name: str, known: Catalogue) -> str:
-    """The end of a sentence on an effect that is none: the nearest ones, or where they are listed."""
+    """Returns the end of a sentence on an effect that is none: the nearest ones, or where they are listed."""
     return nearest(name, known, most=3) or "; `station effects` lists them"
 
 
 def plain_model(samples: Sequence[Sample]) -> Model:
-    """One constant friction without scatter: the median of tan(onset) of the runs that slid.
+    """Returns one constant friction without scatter: the median of tan(onset) of the runs that slid.
 
     Raises:
         UserError: if none slid.

@@ -23,7 +23,7 @@ class PluginSettings:
 
 
 def plugin_folders(table: Table | None, named: Iterable[Path] = ()) -> tuple[Path, ...]:
-    """The folders that the command line names, and those of the `[plugins]` table of the user's own rig file.
+    """Returns the folders that the command line names, and those of the `[plugins]` table of the user's own rig file.
 
     Raises:
         UserError: for a folder that is missing, or has neither importers nor simulators; for folders that no file on
@@ -41,12 +41,14 @@ def plugin_folders(table: Table | None, named: Iterable[Path] = ()) -> tuple[Pat
 
 
 def importer_files(folders: Iterable[Path]) -> tuple[Path, ...]:
-    """The importers' files in the folders."""
+    """Returns the importers' files in the folders."""
     return tuple(path for folder in folders for path in sorted((folder / "importers").glob("[!_]*.py")))
 
 
 def named_in(folders: Iterable[Path], name: str) -> str:
-    """The file of the user's own simulator that a name means, with the part after its colon; any other name as it is.
+    """Returns the file of the user's own simulator that a name means, with the part after its colon.
+
+    It is any other name as it is.
 
     Raises:
         UserError: if two files have one name, or one has that of a simulator of ours.

@@ -29,7 +29,7 @@ class StopRequest:
 
 @contextmanager
 def stop_by_signal() -> Generator[StopRequest]:
-    """Ctrl-C, and what else asks a process to end, ask for a safe end."""
+    """Turns Ctrl-C, and what else asks a process to end, into a request for a safe end."""
     stop = StopRequest()
 
     def handler(number: int, _frame: FrameType | None) -> None:

@@ -31,7 +31,7 @@ class ProgressLines:
         self._begin = self._last = seconds()
 
     def at(self, done: int) -> None:
-        """`done` of them are there."""
+        """Shows that `done` of them are there."""
         now = self._seconds()
         if self._console.is_terminal or now - self._last < EVERY_S:
             return
@@ -65,7 +65,7 @@ def stages(
 
 
 def duration_text(seconds: float) -> str:
-    """A duration in words: seconds, or minutes from two of them on."""
+    """Returns a duration in words: seconds, or minutes from two of them on."""
     return f"{seconds:.0f} s" if seconds < MINUTES_FROM_S else f"{seconds / 60:.0f} min"
 
 

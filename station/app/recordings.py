@@ -18,7 +18,7 @@ SPLIT_MB = (1, 1_000_000)
 
 
 def recording_path(out: str | None) -> Path:
-    """The path of `--out`, or a new one in ./recordings named by the time."""
+    """Returns the path of `--out`, or a new one in ./recordings named by the time."""
     return Path(out) if out else FOLDER / f"{datetime.now().astimezone():%Y-%m-%d_%H-%M-%S}.mcap"
 
 
@@ -41,7 +41,10 @@ def _split_bytes(text: str) -> int:
 
 
 def plan_toml(plan: Plan) -> str:
-    """The plan as TOML with every constant, so that the recording holds what was used; empty lists are left out."""
+    """Returns the plan as TOML with every constant, so that the recording holds what was used.
+
+    Empty lists are left out.
+    """
     values = asdict(plan)
     tables = {name: _said(value) for name, value in values.items() if isinstance(value, dict)}
     lines = [f"{name} = {json.dumps(value)}" for name, value in values.items() if name not in tables]
@@ -55,7 +58,7 @@ def _said(table: dict[str, object]) -> dict[str, object]:
 
 
 def provenance(rig: RigConfig, plan: Plan, *, mode: str, started_ns: int) -> Provenance:
-    """Rig file, plan, seed and versions."""
+    """Returns the rig file, plan, seed and versions."""
     return Provenance(
         rig_id=rig.id,
         started_ns=started_ns,

@@ -10,7 +10,9 @@ import numpy as np
 
 
 def same(one: Any, other: Any) -> bool:
-    """True if two values of one kind agree to the last bit: dataclasses, mappings and tuples of arrays, or of others.
+    """Returns true if two values of one kind agree to the last bit.
+
+    They may be dataclasses, mappings and tuples of arrays, or of others.
 
     A nan is the same as another one.
     """

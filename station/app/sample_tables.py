@@ -16,7 +16,7 @@ ENDS = 10
 
 
 def samples_table(samples: Sequence[Sample], *, ends: int = ENDS) -> Table:
-    """A row for each run, of many for the first and the last `ends`; angles are in degrees."""
+    """Returns a row for each run, of many for the first and the last `ends`; angles are in degrees."""
     table = Table(title="Samples (angles in degrees)", title_justify="left")
     for column in ("run", "direction", "azimuth", "onset", "± sd", "step from", "step to", "dwell s"):
         table.add_column(column, justify="right")
@@ -44,7 +44,7 @@ def _outcome(sample: Sample) -> str:
 
 
 def directions_table(samples: Sequence[Sample]) -> Table:
-    """A row for each direction: counts, and mean and standard deviation of the kept samples' onsets."""
+    """Returns a row for each direction: counts, and mean and standard deviation of the kept samples' onsets."""
     table = Table(title="Onset angle by direction (kept samples)", title_justify="left")
     for column in ("direction", "kept", "censored", "flagged", "mean °", "sd °"):
         table.add_column(column, justify="right")

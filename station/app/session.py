@@ -119,12 +119,12 @@ class Session:
         self._bus.publish("arm/reply", stamped)
 
     def arm_is_gone(self) -> None:
-        """The arm agent has died: nobody will report the end of the motion under way, so it is answered for."""
+        """Answers for an arm agent that has died: nobody else will report the end of the motion under way."""
         if self.asked is not None:
             self._answer(self.asked, ArmReply(reason=_GONE, passing=True))
 
     def say(self, level: str, text: str) -> None:
-        """One line to the log on the bus and to the terminal."""
+        """Writes one line to the log on the bus and to the terminal."""
         stamp = Timestamp.from_ns(self._now_ns)
         self._bus.publish("log", Log(timestamp=stamp, level=LEVELS[level], message=text, name="station"))
         self._on_line(level, text)

@@ -23,7 +23,7 @@ _WORTH_A_PROCESS_BYTES = 400_000_000
 
 
 def read_session(path: Path, *, spare: CameraGeometry | None = None) -> Session:
-    """A file's samples with its own calibration, or the spare one.
+    """Reads a file's samples with its own calibration, or the spare one.
 
     Raises:
         UserError: if the file cannot be read, or an angle is none in radians.
@@ -40,7 +40,7 @@ def read_session(path: Path, *, spare: CameraGeometry | None = None) -> Session:
 def session_of(
     samples: Sequence[Sample], *, geometry: CameraGeometry | None, source: str, notes: tuple[str, ...] = ()
 ) -> Session:
-    """The samples as a session of that name.
+    """Returns the samples as a session of that name.
 
     Raises:
         UserError: if an angle is none in radians.
@@ -53,7 +53,7 @@ def session_of(
 def read_sessions(
     paths: Sequence[Path], *, spare: CameraGeometry | None = None, jobs: int | None = None
 ) -> list[Session]:
-    """The sessions of files, in their order; large recordings are read with all cores (or `jobs` processes).
+    """Reads the sessions of files, in their order; large recordings are read with all cores (or `jobs` processes).
 
     Memory is bounded by the samples and a chunk for each process, however long the recordings are.
 
@@ -89,7 +89,7 @@ def require_different(sessions: Sequence[Session]) -> None:
 
 
 def geometry_of(path: Path) -> CameraGeometry | None:
-    """The first calibration of a recording; a session has one."""
+    """Returns the first calibration of a recording; a session has one."""
     return first_geometry(open_recording(path))
 
 

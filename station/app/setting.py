@@ -7,7 +7,7 @@ from station.diagnosis.observations.setting import Setting
 
 
 def setting_of(rig: RigConfig | None) -> Setting:
-    """The sizes of plate, block and picture; those of the simulated rig if there is none."""
+    """Returns the sizes of plate, block and picture; those of the simulated rig if there is none."""
     if rig is None:
         return Setting()
     return Setting(

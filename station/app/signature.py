@@ -26,12 +26,12 @@ class Signature:
 
 
 def signature_path(recording: Path) -> Path:
-    """The file of a recording's signature."""
+    """Returns the file of a recording's signature."""
     return recording.with_name(recording.name + SUFFIX)
 
 
 def file_sha256(path: Path) -> str:
-    """The SHA-256 of a recording's bytes, in all its parts.
+    """Returns the SHA-256 of a recording's bytes, in all its parts.
 
     Raises:
         UserError: if it cannot be read.
@@ -43,6 +43,6 @@ def file_sha256(path: Path) -> str:
 
 
 def keys_folder(given: Path | None, environment: Mapping[str, str] = os.environ) -> Path | None:
-    """The folder of keys that was given, or that the environment names; None if there is none."""
+    """Returns the folder of keys that was given, or that the environment names; None if there is none."""
     named = environment.get(VARIABLE, "")
     return given or (Path(named) if named else None)

@@ -61,7 +61,7 @@ def sign(recording: Path, keys: Path, *, now_ns: int) -> Path:
 
 
 def signature_of(recording: Path, *, sha256: str, keys: Path | None) -> Signature:
-    """The signer of a recording whose file has that SHA-256, and whether the signature holds.
+    """Returns the signer of a recording whose file has that SHA-256, and whether the signature holds.
 
     `keys` is the folder of the rig's keys, whose authority and rights decide who counts; without it a signature is
     known to hold, but not whose it is.
@@ -90,7 +90,10 @@ def _broken(signed: dict[str, str | int], certificate: x509.Certificate, signatu
 
 
 def _stranger(certificate: x509.Certificate, name: str, keys: Path, *, signed_ns: int) -> str:
-    """The reason why a certificate does not count by the authority and rights in a folder of keys; empty if it does."""
+    """Returns the reason why a certificate does not count by the authority and rights in a folder of keys.
+
+    It is empty if the certificate counts.
+    """
     folder = own_keys(keys, SIGNER)
     authority = _certificate_in(folder / "ca.pem")
     try:
@@ -134,7 +137,7 @@ def _parsed(path: Path) -> tuple[dict[str, str | int], x509.Certificate, bytes]:
 
 
 def _certificate_of(pem: bytes) -> x509.Certificate:
-    """A certificate whose names and times can be read: the library looks at them only when they are asked for.
+    """Returns a certificate whose names and times can be read: the library looks at them only when they are asked for.
 
     Raises:
         ValueError: if it is none.
@@ -157,7 +160,7 @@ def _certificate_in(path: Path) -> x509.Certificate:
 
 
 def _public_key(certificate: x509.Certificate) -> ec.EllipticCurvePublicKey | None:
-    """A certificate's key; None if it is of another kind, or none at all."""
+    """Returns a certificate's key; None if it is of another kind, or none at all."""
     try:
         key = certificate.public_key()
     except (ValueError, UnsupportedAlgorithm):

@@ -36,7 +36,7 @@ def simulated_again(
     seed: int = 1,
     progress: Progress = lambda _: None,
 ) -> Diagnosis:
-    """The diagnosis with `simulator_rerun` and `numerics` filled in, and against the simulation that was given.
+    """Returns the diagnosis with `simulator_rerun` and `numerics` filled in, and against the simulation that was given.
 
     One of our own simulators has no friction of its own: it is tried with the plain model and with what was found. A
     simulation of the user's is the baseline, and where it can be called it is tried as it is and with what was found.
@@ -105,7 +105,7 @@ def _rerun(
     simulation: Simulation,
     progress: Progress,
 ) -> Diagnosis:
-    """The diagnosis with the simulator's errors before and after, in runs that what it was told knows nothing of."""
+    """Returns the diagnosis with the simulator's errors before and after, in runs of which it was told nothing."""
     most = RUNS
     if isinstance(simulation.engine, RecordedSimulation):  # it is read and not run: all its runs at once
         most, parts = len(recorded.runs), (Part(runs=frozenset(recorded.runs), before=AS_IT_IS, after=AS_IT_IS),)

@@ -27,7 +27,7 @@ class SimulatedPicture:
         self._shown_px: tuple[float, ...] = ()
 
     def take(self, item: Recorded) -> Iterator[TopicMessage]:
-        """The picture, if it is blank; lens and geometry are remembered."""
+        """Yields the picture, if it is blank; lens and geometry are remembered."""
         message = item.message
         if isinstance(message, CameraCalibration):
             self._lens = message
@@ -38,7 +38,7 @@ class SimulatedPicture:
             yield item.topic, message
 
     def overlay(self, corners: MarkerCorners) -> Iterator[TopicMessage]:
-        """The simulated corners over the blank picture, where they have moved."""
+        """Yields the simulated corners over the blank picture, where they have moved."""
         lens, geometry = self._lens, self._geometry
         if not self._is_blank or lens is None or geometry is None or not self._has_moved(corners):
             return

@@ -90,7 +90,10 @@ class _SimulatedMessages:
         self._picture = SimulatedPicture()
 
     def of(self, item: Recorded) -> Iterator[TopicMessage]:
-        """The messages in its place, with their topics: one, none, or corners that are drawn over the picture, too."""
+        """Yields the messages in its place, with their topics.
+
+        There are none, one, or one more with corners that are drawn over the picture.
+        """
         yield from self._picture.take(item)
         for message in self._messages(item):
             yield item.topic, message

@@ -18,7 +18,7 @@ from station.simulators.simulator import RecordedSimulation, Simulator, opened
 
 
 def rig_of(reader: RecordingReader, *, path: Path | None = None) -> RigConfig:
-    """The rig of a recording: from the file at `path`, or else the one that the recording carries.
+    """Returns the rig of a recording: from the file at `path`, or else the one that the recording carries.
 
     Folders of effects that only the recording names are not loaded, and standard error says so.
 
@@ -40,7 +40,7 @@ def rig_of(reader: RecordingReader, *, path: Path | None = None) -> RigConfig:
 
 
 def model_of(path: Path, *, rig: RigConfig | None) -> Model:
-    """The model of a model.toml, with the rig's own effects at hand if there is one.
+    """Returns the model of a model.toml, with the rig's own effects at hand if there is one.
 
     Raises:
         UserError: if the file or an effect's folder cannot be read, or says something impossible.
@@ -52,7 +52,7 @@ def model_of(path: Path, *, rig: RigConfig | None) -> Model:
 
 
 def simulator_of(name: str) -> Simulator:
-    """A simulator by its name, a file of the user's own, or a recording (.mcap) that another one made.
+    """Returns a simulator by its name, a file of the user's own, or a recording (.mcap) that another one made.
 
     Raises:
         UserError: if there is neither.

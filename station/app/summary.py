@@ -14,7 +14,7 @@ from station.recording.tables import read_samples
 
 
 def print_summary(path: Path) -> None:
-    """The table of samples, what the rig conceals on purpose, where the recording lies, and what looks at it."""
+    """Prints the table of samples, what the rig conceals on purpose, where the recording lies, and what looks at it."""
     samples.show(read_samples(path), samples.console(), source=path)
     for note in planted_in_recording(open_recording(path)):
         print_sentence(note_line(note))

@@ -17,7 +17,7 @@ TABLES = (".csv", ".parquet")
 
 
 def refuse_no_table(simulate: object) -> Path:
-    """The path of a simulated table; refuses, before anything is computed, what a table cannot be compared with.
+    """Gives the path of a simulated table; refuses, before anything is computed, what a table cannot be compared with.
 
     Raises:
         UserError: if it is no table.
@@ -30,7 +30,7 @@ def refuse_no_table(simulate: object) -> Path:
 def against_table(
     examined: Examined, known: Catalogue, *, setting: Setting, simulate: object, progress: Progress
 ) -> Diagnosis:
-    """The diagnosis of a table with a simulated table in place of the plain model.
+    """Returns the diagnosis of a table with a simulated table in place of the plain model.
 
     Raises:
         UserError: if the simulated table cannot be read, or measures another kind of friction.

@@ -19,13 +19,13 @@ class DirectWire:
         self._names = world.arm.joint_names
 
     def send(self, now_ns: int, position_rad: Array, velocity_rad_s: Array) -> None:
-        """See `TwinWire.send`: `position_rad` (n,), rad, and `velocity_rad_s` (n,), rad/s."""
+        """Hands set-points to the world: `position_rad` (n,), rad, and `velocity_rad_s` (n,), rad/s."""
         self._world.set_target(position_rad, velocity_rad_s, stamp_ns=now_ns)
 
     def read(self) -> JointReading:
-        """The reading of the joints' sensors at the world's time."""
+        """Returns the reading of the joints' sensors at the world's time."""
         return JointReading(self._world.time_ns, self._names, *self._world.joint_arrays())
 
     def fault(self) -> str:
-        """Nothing can come between."""
+        """Returns an empty text: nothing can come between."""
         return ""

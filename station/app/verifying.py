@@ -41,7 +41,7 @@ class Mismatch:
     derived: Any
 
     def __str__(self) -> str:
-        """One line."""
+        """Returns the difference in one line."""
         what = f", {self.field}" if self.field else ""
         return f"/{self.topic} at {self.stamp_ns} ns{what}: recorded {self.recorded}, derived {self.derived}"
 
@@ -83,7 +83,7 @@ class Verification:
         return said and "different" not in states and (self.signature is None or signed)
 
     def as_json(self) -> dict[str, Any]:
-        """Everything, for scripts; what JSON cannot say is null."""
+        """Returns everything, for scripts; what JSON cannot say is null."""
         parts = [without_nan(asdict(part)) for part in self.parts]
         first = None if self.first is None else without_nan(asdict(self.first))
         signature = None if self.signature is None else asdict(self.signature)
@@ -121,7 +121,7 @@ def _signature(path: Path, sha256: str, keys: Path | None) -> Signature | None:
 
 
 def _content(reader: RecordingReader) -> Part:
-    """The file's own checksums: of chunks and attachments (a wrong one raises UserError), and of metadata."""
+    """Returns the file's own checksums: of chunks and attachments (a wrong one raises UserError), and of metadata."""
     names = [name for name, info in reader.topics.items() if info.message and not name.startswith("truth/")]
     count = sum(len(batch.log_ns) for _, batch in reader.batches(names))
     attached, changed = len(reader.attachments), reader.changed_metadata
@@ -188,7 +188,7 @@ def _mismatch(topic: str, difference: Difference) -> Mismatch:
 
 
 def signature_line(signature: Signature | None) -> str:
-    """The signer of a recording, in one line."""
+    """Returns the signer of a recording, in one line."""
     if signature is None:
         return "nobody signed it"
     who = f"{signature.signer} ({signature.fingerprint[:16]}…), {_date(signature.signed_ns)}"

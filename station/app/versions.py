@@ -10,5 +10,5 @@ PACKAGES = ("numpy", "scipy", "mujoco")
 
 
 def versions() -> dict[str, str]:
-    """The versions of this program and of those packages by name."""
+    """Returns the versions of this program and of those packages by name."""
     return {"repose": installed.version()} | {package: importlib.metadata.version(package) for package in PACKAGES}

@@ -36,7 +36,7 @@ def work_on(tasks: Sequence[Task], work: Callable[[Task], None], *, jobs: int, t
 
 
 def bar(console: Console) -> Progress:
-    """A bar with the time left."""
+    """Returns a bar with the time left."""
     return Progress(
         TextColumn("{task.description:<28}"),
         BarColumn(),

@@ -53,7 +53,7 @@ class _Motion:
     """True if the network is the reason for this motion."""
 
     def begun(self, now_ns: int) -> _Motion:
-        """The same motion, beginning now."""
+        """Returns the same motion, beginning now."""
         return replace(self, began_ns=now_ns, end_ns=now_ns + self.plan.motion.trajectory.duration_ns)
 
 
@@ -175,7 +175,7 @@ class ArmAgent:
         self._report(self._motion)
 
     def _commanded(self) -> Array | None:
-        """The joint angles (n,) that were commanded for the moment of the reading; None when nothing moves."""
+        """Returns the joint angles (n,) that were commanded for the moment of the reading; None when nothing moves."""
         if self._motion is None or self._reading is None:
             return None
         elapsed = min(self._reading.stamp_ns, self._now_ns) - self._motion.began_ns
@@ -195,14 +195,14 @@ class ArmAgent:
             self._level(verdict.reason)
 
     def _lose(self, fault: str) -> None:
-        """Stop an arm that does not do its part; the next command begins where it then stands, not where it should."""
+        """Stops an arm that does not do its part; the next command begins where it then stands, not where it should."""
         if self._motion is None:
             self._say_once(fault)
         self._halt(fault)
         self._tilter.forget()
 
     def _halt(self, reason: str) -> None:
-        """Stop the motion under way at once, where it is, and say why; nothing if nothing moves."""
+        """Stops the motion under way at once, where it is, and says why; nothing if nothing moves."""
         self._pending = None
         if self._motion is None:
             return
@@ -213,14 +213,14 @@ class ArmAgent:
         self._log(ERROR, f"motion stopped: {reason}")
 
     def _hold(self, reason: str, *, passing: bool = False) -> None:
-        """Bring a commanded motion to rest smoothly, on the gate's order."""
+        """Brings a commanded motion to rest smoothly, on the gate's order."""
         if self._motion is None or self._motion.own_order:
             return
         self._say_once(reason)
         self._obey(self._tilter.plan_hold(elapsed_ns=self._elapsed_ns()), passing=passing)
 
     def _level(self, reason: str) -> None:
-        """Bring the plate back to level slowly, on the gate's order."""
+        """Brings the plate back to level slowly, on the gate's order."""
         if self._motion is not None or not self._tilter.located or self._tilter.state(0).angle_rad < 1e-4:
             return
         self._say_once(reason)
@@ -228,7 +228,7 @@ class ArmAgent:
         self._obey(self._tilter.plan(TiltCommand(direction=-1), elapsed_ns=0, rate_rad_s=rate))
 
     def _obey(self, plan: Plan, *, passing: bool = False) -> None:
-        """Begin a motion of the gate's own at the next tick; halt if it may not be."""
+        """Begins a motion of the gate's own at the next tick; halts if it may not be."""
         fault = self._gate.check(plan.motion.trajectory, now_ns=self._now_ns, reading=self._reading, own_order=True)
         if fault:
             self._halt(fault)
@@ -237,7 +237,7 @@ class ArmAgent:
             self._pending = _Motion(plan=plan, run=-1, step=0, own_order=True, passing=passing)
 
     def _finish(self) -> None:
-        """End the motion once the arm has arrived and rests, or say that it has not."""
+        """Ends the motion once the arm has arrived and rests, or says that it has not."""
         motion = self._motion
         if motion is None or self._now_ns < motion.end_ns or self._reading is None:
             return
@@ -288,7 +288,7 @@ class ArmAgent:
         self._bus.publish("log", Log(timestamp=stamp, level=level, message=text, name="arm"))
 
     def close(self) -> None:
-        """Hold the arm and let go of the driver."""
+        """Holds the arm and lets go of the driver."""
         self._halt("the arm agent ends")
         self._driver.close()
 
@@ -305,7 +305,7 @@ _REST_RAD_S = math.radians(0.5)
 def arm_agent(
     bus: Bus, settings: ArmSettings, *, driver: Driver | None = None, tilter: Tilter | None = None
 ) -> ArmAgent:
-    """The agent for the `[arm]` table of a rig: model, placement, driver and gate put together.
+    """Returns the agent for the `[arm]` table of a rig: model, placement, driver and gate put together.
 
     A `tilter` of these settings that has not moved yet brings the paths that it has solved. Raises UserError with one
     sentence when they do not fit.

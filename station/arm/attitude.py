@@ -39,7 +39,7 @@ class Attitude:
         self._numbers: Numbers = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def state(self, reading: JointReading) -> PlatformState:
-        """World_from_plate, the plate's angular velocity in its own frame, and the pivot in the world.
+        """Returns world_from_plate, the plate's angular velocity in its own frame, and the pivot in the world.
 
         A reading with the very arrays of the one before, which nobody writes to, is of an arm at rest.
         """
@@ -50,7 +50,7 @@ class Attitude:
         return PlatformState(reading.stamp_ns, *self._numbers, "world")
 
     def _kinematics(self, position_rad: Array, velocity_rad_s: Array) -> Numbers:
-        """Quaternion, angular velocity (the sum over the joints of rate times axis) and pivot."""
+        """Returns the quaternion, the angular velocity (the sum over the joints of rate times axis) and pivot."""
         self._angles[:] = position_rad
         mj.mj_kinematics(self._model, self._data)
         qw, qx, qy, qz = self._quaternion.tolist()
@@ -62,7 +62,7 @@ class Attitude:
 
 
 def _chain(stage: TiltStage) -> Any:
-    """The arm's joints without links, from the world to the pivot."""
+    """Returns the arm's joints without links, from the world to the pivot."""
     spec, arm = mj.MjSpec(), stage.model
     body = spec.worldbody.add_body(name="base", **place(stage.world_from_base))
     for joint in arm.joints:

@@ -17,7 +17,7 @@ mj: Any = mujoco
 
 
 def place(a_from_b: NDArray[np.float64]) -> dict[str, Any]:
-    """Position, m, and quaternion of `a_from_b` (4, 4), as MuJoCo's `add_body` and `add_geom` take them."""
+    """Returns position, m, and quaternion of `a_from_b` (4, 4), as MuJoCo's `add_body` and `add_geom` take them."""
     quaternion = np.empty(4)
     mj.mju_mat2Quat(quaternion, np.ascontiguousarray(a_from_b[:3, :3]).ravel())
     return {"pos": a_from_b[:3, 3], "quat": quaternion}

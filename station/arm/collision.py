@@ -57,7 +57,10 @@ class CollisionScene:
         self._mount(body, len(self._arm.joints), obstacles)
 
     def _link(self, spec: Any, body: Any, rank: int, joint: Joint) -> None:
-        """A link's capsule; where the link has a hull, it is the one that must not touch, and the capsule the mass."""
+        """Adds a link's capsule.
+
+        Where the link has a hull, that is what must not touch, and the capsule has the mass.
+        """
         name = f"link {rank + 1}"
         if not joint.link_hull_m:
             self._capsule(body, name, rank, joint.link_capsule, mass=joint.link_mass_kg)
@@ -71,7 +74,7 @@ class CollisionScene:
         self._add(body, name, rank, type=mj.mjtGeom.mjGEOM_MESH, meshname=name)
 
     def _mount(self, last: Any, rank: int, obstacles: ObstacleSettings) -> None:
-        """The plate and, above it, the camera on its posts."""
+        """Adds the plate and, above it, the camera on its posts."""
         plate = last.add_body(name="plate", **place(self._arm.last_from_flange @ self._arm.flange_from_plate))
         side, height = obstacles.plate_side_m, obstacles.camera_height_m
         self._box(plate, "the plate", rank, pos=(0, 0, -_PLATE_M / 2), sizes=(side, side, _PLATE_M))
@@ -97,7 +100,10 @@ class CollisionScene:
         self._add(body, name, rank, type=mj.mjtGeom.mjGEOM_BOX, pos=list(pos), size=half, mass=0.05)
 
     def _find_pairs(self) -> list[tuple[int, int, str]]:
-        """All pairs of parts that must not touch: not those close in the chain, nor the arm's foot on its table."""
+        """Finds all pairs of parts that must not touch.
+
+        It leaves out those close in the chain, and the arm's foot on its table.
+        """
         parts = [(int(self._model.geom(name).id), name, rank) for name, rank in self._ranks.items()]
         return [
             (first, second, f"{one} and {other}")
@@ -107,7 +113,7 @@ class CollisionScene:
         ]
 
     def clearance(self, joints_rad: Array) -> Clearance:
-        """The closest two parts at joint angles `joints_rad` (n,), rad."""
+        """Returns the closest two parts at joint angles `joints_rad` (n,), rad."""
         self._data.qpos[:] = joints_rad
         mj.mj_kinematics(self._model, self._data)
         nearest = Clearance(_FAR_M, "nothing")
@@ -118,7 +124,7 @@ class CollisionScene:
         return nearest
 
     def touching(self, joints_rad: Array) -> str:
-        """The parts that come too close at joint angles `joints_rad` (n,), rad, in one phrase; empty if clear."""
+        """Gives the parts that come too close at joint angles `joints_rad` (n,), rad, in one phrase; empty if clear."""
         nearest = self.clearance(joints_rad)
         if nearest.distance_m >= self._clearance_m:
             return ""
@@ -128,7 +134,7 @@ class CollisionScene:
         )
 
     def holding_torque_nm(self, joints_rad: Array) -> Array:
-        """The torques (n,), N m, that hold the arm, plate and camera at rest against gravity.
+        """Returns the torques (n,), N m, that hold the arm, plate and camera at rest against gravity.
 
         The joints are at the angles `joints_rad` (n,), rad.
         """

@@ -75,7 +75,7 @@ class SafetyGate:
     # --- what happens -------------------------------------------------------------------------------------------------
 
     def heartbeat(self, message: Heartbeat, *, now_ns: int) -> None:
-        """The station's sign of life; it counts by its own stamp, so that one that was held up proves nothing.
+        """Takes the station's sign of life, which counts by its own stamp: one that was held up proves nothing.
 
         Only the session that has the arm is heard.
         """
@@ -114,7 +114,10 @@ class SafetyGate:
     # --- what is allowed ----------------------------------------------------------------------------------------------
 
     def readiness(self, *, now_ns: int, owner: str | None = None) -> str:
-        """The reason why no command (of that session) may move the arm now, in one sentence; empty when one may."""
+        """Returns the reason why no command (of that session) may move the arm now, in one sentence.
+
+        It is empty when one may.
+        """
         late = now_ns < self._now_ns
         self._see(now_ns)
         if late:
@@ -134,7 +137,7 @@ class SafetyGate:
     def check(
         self, trajectory: JointTrajectory, *, now_ns: int, reading: JointReading | None, own_order: bool = False
     ) -> str:
-        """The reason why this trajectory may not start now; empty when it may.
+        """Returns the reason why this trajectory may not start now; empty when it may.
 
         Holding and levelling after a lost heartbeat are the gate's own orders: they need no arming, and obey all
         other rules.
@@ -148,7 +151,7 @@ class SafetyGate:
         return self._start_fault(trajectory, reading)
 
     def _trajectory_fault(self, trajectory: JointTrajectory) -> str:
-        """The fault of `trajectory_fault`; a motion with the very numbers of one that was found right is right.
+        """Returns the fault of `trajectory_fault`; a motion with the very numbers of one that was found right is right.
 
         The steps of a session are the same in each run, and looking at one takes as long as planning it.
         """
@@ -176,7 +179,7 @@ class SafetyGate:
     # --- what must be -------------------------------------------------------------------------------------------------
 
     def watch(self, *, now_ns: int, reading: JointReading | None, commanded: Array | None) -> Verdict:
-        """The order of this moment. `commanded` (n,) is where the joints should have been at the reading's stamp.
+        """Gives the order of this moment. `commanded` (n,) is where the joints should have been at the reading's stamp.
 
         `commanded` is None while nothing is commanded; then silence and pose are of no concern.
         """
@@ -228,5 +231,5 @@ class SafetyGate:
         return self._stamp_ns < 0 or self._now_ns - self._fresh_ns > self._settings.silence_timeout_s * 1e9
 
     def beat_lost(self) -> bool:
-        """True while no session gives a sign of life."""
+        """Returns true while no session gives a sign of life."""
         return self._lease.lost(now_ns=self._now_ns)

@@ -27,12 +27,12 @@ FULL = 6
 
 
 def pivot_pose(model: ArmModel, q: Array) -> Array:
-    """base_from_pivot, (…, 4, 4), for joint angles `q` (…, n), rad."""
+    """Returns base_from_pivot, (…, 4, 4), for joint angles `q` (…, n), rad."""
     return link_transforms(model, q)[..., -1, :, :] @ model.last_from_flange @ model.flange_from_pivot
 
 
 def pivot_jacobian(model: ArmModel, q: Array) -> tuple[Array, Array]:
-    """The pose of the pivot (…, 4, 4) and its Jacobian (…, 6, n) at joint angles `q` (…, n), rad.
+    """Returns the pose of the pivot (…, 4, 4) and its Jacobian (…, 6, n) at joint angles `q` (…, n), rad.
 
     The Jacobian is linear over angular velocity, in the base frame.
     """
@@ -44,7 +44,7 @@ def pivot_jacobian(model: ArmModel, q: Array) -> tuple[Array, Array]:
 
 
 def pose_error(pose: Array, target: Array) -> Array:
-    """The small twist (…, 6) from `pose` (…, 4, 4) to `target` (…, 4, 4): metres over radians, base frame.
+    """Returns the small twist (…, 6) from `pose` (…, 4, 4) to `target` (…, 4, 4): metres over radians, base frame.
 
     Both are base_from_pivot.
     """
@@ -55,7 +55,7 @@ def pose_error(pose: Array, target: Array) -> Array:
 
 
 def follow(model: ArmModel, q: Array, target: Array, *, iterations: int = 4) -> tuple[Array, Array]:
-    """Joint angles near `q` (…, n), rad, that bring the pivot to `target` (…, 4, 4), and the error left (…,).
+    """Returns joint angles near `q` (…, n), rad, that bring the pivot to `target` (…, 4, 4), and the error left (…,).
 
     The target is base_from_pivot. Newton steps are shortened to 0.2 rad, so that a singular pose ends in an error and
     not in a leap. The error is the norm of the twist in metres and radians to the target as it is `aimed` at: above
@@ -71,7 +71,9 @@ def follow(model: ArmModel, q: Array, target: Array, *, iterations: int = 4) -> 
 
 
 def aimed(model: ArmModel, pose: Array, target: Array) -> Array:
-    """The `target` (…, 4, 4) of an arm at `pose` (…, 4, 4); a stage's is turned about the vertical as the pose is.
+    """Returns the `target` (…, 4, 4) of an arm at `pose` (…, 4, 4).
+
+    A stage's is turned about the vertical as the pose is.
 
     Both are base_from_pivot. A stage of one or two axes cannot choose how its plate is turned about the vertical, the z
     of the base. Gravity in the plate, and with it the friction, does not depend on that.
@@ -86,7 +88,7 @@ def aimed(model: ArmModel, pose: Array, target: Array) -> Array:
 
 
 def _about_z(angle: Array) -> Array:
-    """The turns about z (…, 3, 3) by angles (…,)."""
+    """Returns the turns about z (…, 3, 3) by angles (…,)."""
     result = np.zeros((*np.shape(angle), 3, 3))
     result[..., 0, 0] = result[..., 1, 1] = np.cos(angle)
     result[..., 1, 0] = np.sin(angle)
@@ -96,11 +98,14 @@ def _about_z(angle: Array) -> Array:
 
 
 def solve_rate(jacobian: Array, twist: Array) -> Array:
-    """Joint rates (…, n) that give a twist, damped a little, so that it is finite at a singular pose.
+    """Returns joint rates (…, n) that give a twist, damped a little, so that it is finite at a singular pose.
 
-    `jacobian` (…, 6, n) is that of `pivot_jacobian`, and `twist` (…, 6) is metres over radians in the base frame: a
-    step's, which gives a step of the joints in rad, or its rate by anything, which gives the joints' rate by the same.
     Fewer than six joints come as near to the twist as they can, with its turn about the vertical left out (`aimed`).
+
+    Args:
+        jacobian: (…, 6, n) that of `pivot_jacobian`.
+        twist: (…, 6) metres over radians in the base frame: that of a step, which gives a step of the joints in rad, or
+            its rate by anything, which gives the joints' rate by the same.
     """
     transposed = np.swapaxes(jacobian, -1, -2)
     if (joints := jacobian.shape[-1]) < FULL:
@@ -112,18 +117,18 @@ def solve_rate(jacobian: Array, twist: Array) -> Array:
 
 
 def within_limits(model: ArmModel, q: Array, *, margin_rad: float = 0.0) -> NDArray[np.bool_]:
-    """True (…,) if all joints `q` (…, n), rad, are inside their limits by at least the margin."""
+    """Returns true (…,) if all joints `q` (…, n), rad, are inside their limits by at least the margin."""
     return np.all((q >= model.lower_rad + margin_rad) & (q <= model.upper_rad - margin_rad), axis=-1)
 
 
 def arm_length_m(model: ArmModel) -> float:
-    """The length from the third joint's origin to the flange, along the links."""
+    """Returns the length from the third joint's origin to the flange, along the links."""
     places = [joint.origin_xyz_m for joint in model.joints[2:]] + [model.flange_xyz_m]
     return sum(math.hypot(*place) for place in places)
 
 
 def spherical(model: ArmModel) -> bool:
-    """True if the last three axes meet in one point, so that they turn the plate without moving their wrist."""
+    """Returns true if the last three axes meet in one point, so that they turn the plate without moving their wrist."""
     pose = link_transforms(model, np.asarray(model.home_rad))[-3:]
     axes = [frame[:3, :3] @ joint.axis for frame, joint in zip(pose, model.joints[-3:], strict=True)]
     # Each line keeps what is across it of a point: the point that is nearest to all lines has to lie on them.
@@ -134,7 +139,7 @@ def spherical(model: ArmModel) -> bool:
 
 
 def solver(model: ArmModel) -> Manipulator:
-    """The analytic solver of this arm; without a catalogue entry a curved wrist takes minutes to prepare, once.
+    """Returns the analytic solver of this arm; without a catalogue entry a curved wrist takes minutes to prepare, once.
 
     Raises:
         UserError: if ssik is not installed; it has no wheel for Linux on arm64.
@@ -157,7 +162,7 @@ def solver(model: ArmModel) -> Manipulator:
 
 
 def all_branches(model: ArmModel, base_from_pivot: Array, *, arm: Manipulator | None = None) -> Array:
-    """All joint poses (k, n), rad, that bring the pivot to `base_from_pivot` (4, 4), inside the limits.
+    """Returns all joint poses (k, n), rad, that bring the pivot to `base_from_pivot` (4, 4), inside the limits.
 
     Each joint is within one turn: limited joints are brought as near to the middle of their range as whole turns do,
     endless ones into 0 to 2 pi. `arm` saves building the solver.
@@ -180,7 +185,7 @@ def all_branches(model: ArmModel, base_from_pivot: Array, *, arm: Manipulator | 
 
 
 def _nearby(pose: Array, *, count: int) -> list[Array]:
-    """The pose itself and others within 2 mm of it.
+    """Returns the pose itself and others within 2 mm of it.
 
     A catalogue's ready-made solver loses branches of a curved wrist (2 of 4 on average), other ones for each pose:
     several poses near by give them all, and Newton's method brings them to this one.
@@ -193,7 +198,7 @@ def _nearby(pose: Array, *, count: int) -> list[Array]:
 
 
 def _distinct(poses: Array) -> Array:
-    """The poses (k, n) without repetitions (to a thousandth of a radian, full turns apart from each other or not)."""
+    """Returns the poses (k, n) without repetitions (to a thousandth of a radian, full turns apart or not)."""
     kept: list[Array] = []
     for pose in poses:
         if not any(np.abs(np.mod(pose - other + np.pi, 2 * np.pi) - np.pi).max() < 1e-3 for other in kept):

@@ -45,7 +45,7 @@ class Lease:
         return True
 
     def refusal(self, asking: str, *, now_ns: int) -> str:
-        """The reason why this session may not have the arm now, in one sentence; empty if it may."""
+        """Returns the reason why this session may not have the arm now, in one sentence; empty if it may."""
         if self.owner is None or asking == self.owner or self.lost(now_ns=now_ns):
             return ""
         return (
@@ -54,7 +54,7 @@ class Lease:
         )
 
     def lost(self, *, now_ns: int) -> bool:
-        """True while no session gives a sign of life."""
+        """Returns true while no session gives a sign of life."""
         return self.beat_ns is None or now_ns - self.beat_ns > self._timeout_ns
 
     def _give(self, owner: str, *, stamp_ns: int) -> None:

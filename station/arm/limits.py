@@ -26,7 +26,7 @@ _SLACK = 1.0 + 1e-6
 
 
 def trajectory_fault(trajectory: JointTrajectory, *, stage: TiltStage, settings: GateSettings) -> str:
-    """The reason why the trajectory may not be played, in one sentence; empty when it may."""
+    """Returns the reason why the trajectory may not be played, in one sentence; empty when it may."""
     return (
         _shape_fault(trajectory, joints=len(stage.model.joints))
         or _position_fault(trajectory, model=stage.model, settings=settings)
@@ -91,7 +91,7 @@ def _motion_fault(trajectory: JointTrajectory, *, model: ArmModel, settings: Gat
 
 
 def extremes(trajectory: JointTrajectory) -> tuple[Array, Array]:
-    """The largest speed and acceleration of each joint, (n,) and (n,), over the whole interpolated motion.
+    """Returns the largest speed and acceleration of each joint, (n,) and (n,), over the whole interpolated motion.
 
     The speed in a piece is a parabola: with the velocities v0, v1 at its ends and the mean velocity c it is the Bezier
     curve of v0, m = 3 c - v0 - v1 and v1, within which it stays where m is no extreme.
@@ -106,7 +106,7 @@ def extremes(trajectory: JointTrajectory) -> tuple[Array, Array]:
 
 
 def _vertices(first: Array, rise: Array, fall: Array) -> Array:
-    """Absolute speeds (m, n) at the vertices that lie within the pieces (m, n), 0 where none does.
+    """Returns absolute speeds (m, n) at the vertices that lie within the pieces (m, n), 0 where none does.
 
     The speed at the share u is first + 2 u rise + u² (fall - rise), whose vertex is at u = rise / (rise - fall).
     """

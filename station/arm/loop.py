@@ -28,7 +28,7 @@ class Requests:
 
 @contextlib.contextmanager
 def signals(requests: Requests) -> Generator[None]:
-    """Signals end the loop with the arm held, or stop the arm at once: see shared/system/processes.py."""
+    """Lets signals end the loop with the arm held, or stop the arm at once: see shared/system/processes.py."""
 
     def on_signal(number: int, frame: FrameType | None) -> None:
         del frame
@@ -39,7 +39,7 @@ def signals(requests: Requests) -> Generator[None]:
 
 
 def serve_clock(bus: Bus, clock: Clock) -> None:
-    """Answer clock pings on the receiving thread, so that the round trip is short."""
+    """Answers clock pings on the receiving thread, so that the round trip is short."""
 
     def pong(message: Message) -> ClockPong:
         station_ns = message.station_ns if isinstance(message, ClockPing) else 0
@@ -49,7 +49,7 @@ def serve_clock(bus: Bus, clock: Clock) -> None:
 
 
 def run(agent: ArmAgent, *, bus: Bus, clock: Clock, requests: Requests, rate_hz: float = RATE_HZ) -> None:
-    """Drive the agent until `requests.ending`; the arm is then held where it is.
+    """Drives the agent until `requests.ending`; the arm is then held where it is.
 
     Ticks that were missed (a busy machine) are not made up for: the next one samples the motion at its own time.
     """

@@ -27,7 +27,7 @@ _MEANINGS = {
 
 
 def draw_plan(here: Pose, others: Sequence[Pose], path: Path) -> None:
-    """Write the picture; `others` are poses found by a search, best first (the first is drawn beside `here`)."""
+    """Writes the picture; `others` are poses found by a search, best first (the first is drawn beside `here`)."""
     figure: Any = Figure(figsize=(13, 5.2), layout="constrained", facecolor="white")
     figure.suptitle(f"{here.stage.model.name}: how far the plate tilts with its pivot at rest")
     _draw_reach(figure.add_subplot(1, 3, 1, projection="polar"), here, others)
@@ -37,7 +37,7 @@ def draw_plan(here: Pose, others: Sequence[Pose], path: Path) -> None:
 
 
 def kind_of(reach: Reach) -> str:
-    """The end of the path, in one word of the legend."""
+    """Returns the end of the path, in one word of the legend."""
     if math.degrees(reach.angle_rad) >= _WANTED_DEG - 0.05:
         return "reached"
     if "mm of each other" in reach.limit:
@@ -46,7 +46,7 @@ def kind_of(reach: Reach) -> str:
 
 
 def _draw_reach(axes: Any, here: Pose, others: Sequence[Pose]) -> None:
-    """Angle over azimuth; the colour says what ends it."""
+    """Draws angle over azimuth; the colour says what ends it."""
     axes.set_title("steepest tilt at each azimuth of the axis", fontsize=10)
     round_trip = [*here.reaches, here.reaches[0]]
     axes.plot(_azimuths(round_trip), _angles(round_trip), color="#888888", lw=1)
@@ -72,7 +72,7 @@ def _angles(reaches: Sequence[Reach]) -> list[float]:
 
 
 def _draw_side(axes: Any, here: Pose) -> None:
-    """The arm at home, and faintly at the steepest tilts towards and away from its base, in the plane of both."""
+    """Draws the arm at home and, faintly, at the steepest tilts towards and away from its base, in their plane."""
     stage = here.stage
     axes.set_title("from the side: level, and as far as it tilts", fontsize=10)
     for azimuth in _across(stage):
@@ -86,14 +86,14 @@ def _draw_side(axes: Any, here: Pose) -> None:
 
 
 def _outward(stage: TiltStage) -> Array:
-    """The level unit vector from the base's axis to the pivot, (3,)."""
+    """Returns the level unit vector from the base's axis to the pivot, (3,)."""
     away = (stage.pivot_m - stage.world_from_base[:3, 3]) * np.array([1.0, 1.0, 0.0])
     length = float(np.linalg.norm(away))
     return away / length if length > 1e-6 else np.array([1.0, 0.0, 0.0])
 
 
 def _across(stage: TiltStage) -> tuple[float, float]:
-    """The azimuths whose tilts stay in the plane of base and pivot."""
+    """Returns the azimuths whose tilts stay in the plane of base and pivot."""
     out = _outward(stage)
     azimuth = math.atan2(out[1], out[0]) + math.pi / 2
     return azimuth % math.tau, (azimuth + math.pi) % math.tau
@@ -116,7 +116,7 @@ def _draw_capsule(axes: Any, stage: TiltStage, frame: Array, shape: Capsule, *, 
 
 
 def _flat(stage: TiltStage, frame: Array, points_m: Array) -> tuple[Array, Array]:
-    """Points (k, 3) of a frame, seen from the side: distance from the base's axis and height, (k,) each."""
+    """Returns points (k, 3) of a frame, seen from the side: distance from the base's axis and height, (k,) each."""
     world = points_m @ frame[:3, :3].T + frame[:3, 3]
     return (world - stage.world_from_base[:3, 3]) @ _outward(stage), world[:, 2]
 

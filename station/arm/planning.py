@@ -65,7 +65,7 @@ class Pose:
 
 
 def assess(stage: TiltStage, *, scene: CollisionScene, azimuths_rad: Iterable[float]) -> Pose:
-    """The reach of an arm as it stands, at each azimuth."""
+    """Returns the reach of an arm as it stands, at each azimuth."""
     reaches = tuple(_reach(stage, scene, azimuth) for azimuth in azimuths_rad)
     return Pose(stage=stage, reaches=reaches)
 
@@ -112,7 +112,7 @@ def _torque_share(model: ArmModel, scene: CollisionScene, joints_rad: Array) -> 
 
 
 def require_reach(pose: Pose, *, angle_rad: float, directions: Sequence[int] = ()) -> None:
-    """Refuse a session whose plan tilts to `angle_rad` where the arm cannot.
+    """Refuses a session whose plan tilts to `angle_rad` where the arm cannot.
 
     `directions` names the reaches in the sentence (0 to 3, in the order of the pose); without it they are azimuths.
     Raises UserError naming the first unreachable step and the best alternative.
@@ -128,7 +128,7 @@ def require_reach(pose: Pose, *, angle_rad: float, directions: Sequence[int] = (
 
 
 def require_session(settings: ArmSettings, *, angle_rad: float, directions: Sequence[int]) -> None:
-    """`require_reach` for the `[arm]` table of a rig and the directions of a plan.
+    """Calls `require_reach` for the `[arm]` table of a rig and the directions of a plan.
 
     Raises UserError as `require_reach` does.
     """
@@ -171,7 +171,7 @@ def search(
     turns_rad: Sequence[float] = (0.0,),
     keep: int = 40,
 ) -> list[Pose]:
-    """The best poses of the arm with its base at the world's origin, best first.
+    """Returns the best poses of the arm with its base at the world's origin, best first.
 
     A grid over distance and height of the pivot, the turns of the plate and all branches; then a finer grid round the
     best; then the surroundings, roughly at first. A spherical wrist turns the plate by its last joint alone: one
@@ -213,7 +213,7 @@ def _ranked(
 
 
 def _clearest(model: ArmModel, found: Candidates, *, obstacles: ObstacleSettings, keep: int) -> list[int]:
-    """The best candidates, those first that tilt farthest at their worst azimuth before they touch something."""
+    """Gives the best candidates, those first that tilt farthest at their worst azimuth before they touch something."""
     scenes = {turn: _scene(model, obstacles, base_yaw_rad=-turn) for turn in set(found.turns_rad.tolist())}
     best = found.best(_LOOKED_AT * keep).tolist()
     clear = {index: _clear_rad(found, index, scenes[float(found.turns_rad[index])]) for index in best}
@@ -221,7 +221,7 @@ def _clearest(model: ArmModel, found: Candidates, *, obstacles: ObstacleSettings
 
 
 def _clear_rad(found: Candidates, index: int, scene: CollisionScene) -> float:
-    """The tilt that a candidate reaches at its worst azimuth before it touches something, as far as is looked at."""
+    """Returns the tilt that a candidate reaches at its worst azimuth before a touch, as far as is looked at."""
     reach = found.reach_rad[index].copy()
     for column, way in enumerate(found.ways_rad[index]):
         touched = next((look for look, q in zip(found.looks_rad, way, strict=True) if scene.touching(q)), math.inf)
@@ -235,7 +235,7 @@ def _scene(model: ArmModel, obstacles: ObstacleSettings, *, base_yaw_rad: float)
 
 
 def _stages(model: ArmModel, found: Candidates, index: int) -> list[TiltStage]:
-    """The candidate as a stage: the base is turned so that the plate's axes are the world's."""
+    """Returns the candidate as a stage: the base is turned so that the plate's axes are the world's."""
     turn = float(found.turns_rad[index])
     return [tilt_stage(model, base_xyz_m=(0, 0, 0), base_yaw_rad=-turn, home_rad=found.joints_rad[index])]
 

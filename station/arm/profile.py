@@ -73,7 +73,7 @@ class Profile:
         return np.array([self.starts_s, *states])
 
     def at(self, seconds: ArrayLike) -> tuple[Array, Array, Array]:
-        """Angle, rate and acceleration, each (…,), by rad and s, at times (…,), s, which are clipped to the motion."""
+        """Returns angle, rate and acceleration, each (…,), by rad and s, at times (…,), s, clipped to the motion."""
         time = np.minimum(np.maximum(seconds, 0.0), self.duration_s)
         stretches = self._stretches
         start, angle, rate, acceleration, jerk = stretches[:, stretches[0].searchsorted(time, side="right") - 1]
@@ -86,13 +86,13 @@ class Profile:
 
 
 def profile_to_rest(start: TiltState, *, bounds: Bounds) -> Profile:
-    """The fastest way to rest, wherever that is."""
+    """Returns the fastest way to rest, wherever that is."""
     now = _moment(start)
     return _profile(now, _change(now, 0.0, bounds))
 
 
 def profile_to_angle(start: TiltState, *, angle_rad: float, bounds: Bounds) -> Profile:
-    """The way to rest at an angle. A start beyond the bounds is brought within them first.
+    """Returns the way to rest at an angle. A start beyond the bounds is brought within them first.
 
     It is the fastest way, but for a start that already brakes, towards a little behind where it would come to rest.
     """
@@ -112,7 +112,7 @@ def profile_to_angle(start: TiltState, *, angle_rad: float, bounds: Bounds) -> P
 
 
 def _last_short(missing: Callable[[float], float], low: float, high: float) -> float:
-    """The peak rate between `low`, which ends before the angle, and `high`, which ends behind it."""
+    """Returns the peak rate between `low`, which ends before the angle, and `high`, which ends behind it."""
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
         low, high = (middle, high) if missing(middle) >= 0.0 else (low, middle)
@@ -120,12 +120,15 @@ def _last_short(missing: Callable[[float], float], low: float, high: float) -> f
 
 
 def _by_peak(now: _Moment, peak: float, kept_s: float, bounds: Bounds) -> list[_Stretch]:
-    """The stretches to a peak rate, which is kept for a time, and from there to rest."""
+    """Returns the stretches to a peak rate, which is kept for a time, and from there to rest."""
     return [*_change(now, peak, bounds), _Stretch(kept_s, 0.0, peak), *_change(_Moment(0.0, peak, 0.0), 0.0, bounds)]
 
 
 def _change(now: _Moment, rate: float, bounds: Bounds) -> list[_Stretch]:
-    """The fastest way from a state to a rate with no acceleration: acceleration up, kept at its bound, and down."""
+    """Returns the fastest way from a state to a rate with no acceleration.
+
+    The acceleration rises, is kept at its bound, and falls.
+    """
     jerk, way = bounds.jerk, math.copysign(1.0, rate - _coasting_rate(now, bounds))
     begun, gain = way * now.acceleration, way * (rate - now.rate)
     free = math.sqrt(max(jerk * gain + begun * begun / 2, 0.0))
@@ -142,7 +145,7 @@ def _change(now: _Moment, rate: float, bounds: Bounds) -> list[_Stretch]:
 
 
 def _coasting_rate(now: _Moment, bounds: Bounds) -> float:
-    """The rate at which a state arrives whose acceleration is brought to zero at once."""
+    """Returns the rate at which a state arrives whose acceleration is brought to zero at once."""
     return now.rate + now.acceleration * abs(now.acceleration) / (2 * bounds.jerk)
 
 
@@ -151,7 +154,7 @@ def _moment(state: TiltState) -> _Moment:
 
 
 def _at_start(now: _Moment, stretch: _Stretch) -> _Moment:
-    """The state without the rounding error of the acceleration, which would grow with the square of the time."""
+    """Gives the state without the rounding error of the acceleration, which would grow with the square of the time."""
     return now if stretch.steady_rate is None else _Moment(now.angle, stretch.steady_rate, 0.0)
 
 

@@ -24,7 +24,7 @@ class Remembered(Generic[Key, Value]):
         return len(self._known)
 
     def get(self, key: Key) -> Value | None:
-        """The result for the key; None if there is none, or none any more."""
+        """Returns the result for the key; None if there is none, or none any more."""
         return self._known.get(key)
 
     def put(self, key: Key, value: Value) -> None:

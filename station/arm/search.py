@@ -46,7 +46,7 @@ class Candidates:
     travel: Array
 
     def best(self, count: int) -> NDArray[np.int_]:
-        """Indices (count,) of the best: by the reach in the worst azimuth, then by margin against travel."""
+        """Returns indices (count,) of the best: by the reach in the worst azimuth, then by margin against travel."""
         worst = self.reach_rad.min(axis=1)
         comfort = np.minimum(self.margin_rad, 0.5) - 0.05 * self.travel
         return np.lexsort((-comfort, -np.round(worst, 6)))[:count]
@@ -55,10 +55,18 @@ class Candidates:
 def home_poses(
     model: ArmModel, *, distances_m: Array, heights_m: Array, turns_rad: Sequence[float]
 ) -> tuple[Array, Array, Array]:
-    """All level poses within limits on a grid: joints (k, n), rad, pivots (k, 3), m, and turns (k,), rad.
+    """Returns all level poses within limits on a grid.
 
-    The grid has the pivot's distances `distances_m` (d,), m, from the base's axis and heights `heights_m` (h,), m, in
-    the base frame, and the turns of the plate about the vertical, rad.
+    The grid is one over the pivot's place in the base frame and the turns of the plate about the vertical.
+
+    Args:
+        model: the arm.
+        distances_m: (d,) the pivot's distances from the base's axis, m.
+        heights_m: (h,) its heights, m.
+        turns_rad: the turns of the plate about the vertical, rad.
+
+    Returns:
+        Joints (k, n), rad, pivots (k, 3), m, and turns (k,), rad.
     """
     arm = solver(model)
     joints: list[Array] = []
@@ -77,7 +85,7 @@ def home_poses(
 def evaluate(
     model: ArmModel, poses: tuple[Array, Array, Array], *, azimuths_rad: Array, max_angle_rad: float
 ) -> Candidates:
-    """The reach of each of k poses, as `home_poses` has them, at each azimuth.
+    """Returns the reach of each of k poses, as `home_poses` has them, at each azimuth.
 
     The azimuths `azimuths_rad` (a,), rad, are measured in the plate's frame.
     """
@@ -107,19 +115,19 @@ def evaluate(
 
 
 def _regular(model: ArmModel, q: Array) -> NDArray[np.bool_]:
-    """True (k,) for joint poses (k, n) that are well away from singular ones, where the arm would swing round."""
+    """Returns true (k,) for joint poses (k, n) well away from singular ones, where the arm would swing round."""
     jacobian = pivot_jacobian(model, q)[1]
     jacobian[:, :3] /= _ARM_LENGTH_M
     return np.linalg.svd(jacobian, compute_uv=False)[:, -1] > _SINGULAR
 
 
 def _margin(model: ArmModel, q: Array) -> Array:
-    """Distance to the nearest joint limit, (k,)."""
+    """Returns the distance to the nearest joint limit, (k,)."""
     return np.minimum(q - model.lower_rad, model.upper_rad - q).min(axis=-1)
 
 
 def _targets(pivots_m: Array, turns_rad: Array, tilt: Array) -> Array:
-    """base_from_pivot (k, 4, 4) of plates turned about the vertical by (k,) and then tilted in their own frame."""
+    """Returns base_from_pivot (k, 4, 4) of plates turned about the vertical by (k,) then tilted in their own frame."""
     sine, cosine = np.sin(turns_rad), np.cos(turns_rad)
     turned = np.zeros((len(turns_rad), 4, 4))
     turned[:, 0, 0] = turned[:, 1, 1] = cosine

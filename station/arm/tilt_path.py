@@ -53,7 +53,7 @@ class TiltPath:
         return np.abs(np.gradient(self.slopes, self.angles_rad, axis=0))
 
     def at(self, angles_rad: Array) -> tuple[Array, Array]:
-        """Joint angles (m, n), rad, and dq/dangle (m, n) at `angles_rad` (m,), rad, which are clipped to the path."""
+        """Returns joint angles (m, n), rad, and dq/dangle (m, n) at `angles_rad` (m,), rad, clipped to the path."""
         x = np.minimum(np.maximum(angles_rad, 0.0), self.reach_rad)
         k = self.angles_rad.searchsorted(x, side="right") - 1
         k = np.minimum(np.maximum(k, 0), max(len(self.angles_rad) - 2, 0))
@@ -84,7 +84,7 @@ class TiltStage:
         return (self.world_from_base @ pivot_pose(self.model, self.home_rad))[:3, 3]
 
     def pivot_target(self, angle_rad: float, *, azimuth_rad: float) -> Array:
-        """base_from_pivot, (4, 4), of the tilted plate."""
+        """Returns base_from_pivot, (4, 4), of the tilted plate."""
         world_from_pivot = np.eye(4)
         world_from_pivot[:3, :3] = tilt_rotation(angle_rad, azimuth_rad=azimuth_rad)
         world_from_pivot[:3, 3] = self.pivot_m
@@ -99,7 +99,7 @@ class TiltStage:
 def tilt_stage(
     model: ArmModel, *, base_xyz_m: Sequence[float], base_yaw_rad: float, home_rad: Sequence[float] | Array
 ) -> TiltStage:
-    """Set up an arm whose base stands upright at `base_xyz_m` in the world, turned by `base_yaw_rad`.
+    """Sets up an arm whose base stands upright at `base_xyz_m` in the world, turned by `base_yaw_rad`.
 
     `home_rad` must hold the plate level and along the world's axes to 0.05 rad; what is left is corrected here.
     Raises UserError when it does not.
@@ -127,7 +127,7 @@ def tilt_path(
     max_angle_rad: float = MAX_ANGLE_RAD,
     touching: Callable[[Array], str] | None = None,
 ) -> TiltPath:
-    """Follow one tilt from the home pose until a joint limit, a singular pose or `max_angle_rad` ends it.
+    """Follows one tilt from the home pose until a joint limit, a singular pose or `max_angle_rad` ends it.
 
     `touching` says what the arm would touch with its joints at (n,), or nothing; it ends the path, too.
     """
@@ -156,7 +156,9 @@ def tilt_path(
 
 
 def _trace(stage: TiltStage, targets: Array, *, twist: Array, step_rad: float) -> Array:
-    """Joints (j, n) near the targets (k, 4, 4), one after the other: a Newton step and a step along the slope each.
+    """Returns joints (j, n) near the targets (k, 4, 4), one after the other.
+
+    Each takes a Newton step and a step along the slope.
 
     It ends early, j < k, where the arm would swing round.
     """
@@ -175,13 +177,13 @@ def _trace(stage: TiltStage, targets: Array, *, twist: Array, step_rad: float) -
 
 
 def _twists(model: ArmModel, poses: Array, targets: Array, *, twist: Array) -> Array:
-    """The tilt's twist (6,) at poses (…, 4, 4), turned about the vertical as the arm's target is: (…, 6)."""
+    """Returns the tilt's twist (6,) at poses (…, 4, 4), turned about the vertical as the arm's target is: (…, 6)."""
     turns = aimed(model, poses, targets)[..., :3, :3] @ np.swapaxes(targets[..., :3, :3], -1, -2)
     return np.concatenate([np.zeros((*turns.shape[:-2], 3)), turns @ twist[3:]], axis=-1)
 
 
 def _obstacle(model: ArmModel, q: Array, *, slope: Array, error: float) -> str:
-    """The reason why the arm cannot take this pose; empty if it can."""
+    """Returns the reason why the arm cannot take this pose; empty if it can."""
     if not error < 1e-7:
         return _STRETCHED if len(model.joints) >= FULL else _NO_AXIS
     if np.max(np.abs(slope)) > _SINGULAR:

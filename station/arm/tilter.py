@@ -51,7 +51,7 @@ class Tilter:
 
     @classmethod
     def from_settings(cls, settings: ArmSettings) -> Tilter:
-        """The tilter for the `[arm]` table of a rig; raises UserError when model and placement do not fit."""
+        """Returns the tilter for the `[arm]` table of a rig; raises UserError when model and placement do not fit."""
         model = settled_model(settings)
         stage = settled_stage(settings, model)
         scene = CollisionScene(model, world_from_base=stage.world_from_base, obstacles=settings.obstacles)
@@ -69,7 +69,7 @@ class Tilter:
         return self._path is not None
 
     def path(self, azimuth_rad: float) -> TiltPath:
-        """The tilt path at an azimuth, solved once."""
+        """Returns the tilt path at an azimuth, solved once."""
         key = round(azimuth_rad % (2 * math.pi), 9)
         if key not in self._paths:
             self._paths[key] = tilt_path(
@@ -81,7 +81,7 @@ class Tilter:
         return self._paths[key]
 
     def locate(self, joints_rad: Array) -> None:
-        """Find the tilt at which the arm stands from `joints_rad` (n,), rad, for example after a restart in mid-tilt.
+        """Finds the tilt at which the arm stands from `joints_rad` (n,), rad, for example after a restart in mid-tilt.
 
         Raises UserError when the arm stands in none: then it must be brought home by the maker's own means.
         """
@@ -114,11 +114,11 @@ class Tilter:
             self._motions.clear()
 
     def state(self, elapsed_ns: int) -> TiltState:
-        """The commanded tilt now, `elapsed_ns` after the last motion began (of no account while at rest)."""
+        """Returns the commanded tilt now, `elapsed_ns` after the last motion began (of no account while at rest)."""
         return self._motion.state(elapsed_ns) if self._motion else self._rest
 
     def plan(self, command: TiltCommand, *, elapsed_ns: int, rate_rad_s: float) -> Plan:
-        """Plan a command from where the arm is now.
+        """Plans a command from where the arm is now.
 
         A tilt can go on at its own azimuth at any time, also in mid-motion; another azimuth is reached from level
         only. Level (angle 0) is the end of every azimuth. Raises UserError with the reason of a refusal.
@@ -137,7 +137,9 @@ class Tilter:
         return Plan(motion=self._tilt(path, start=now, angle_rad=command.angle_rad, rate_rad_s=rate_rad_s))
 
     def _tilt(self, path: TiltPath, *, start: TiltState, angle_rad: float, rate_rad_s: float) -> TiltMotion:
-        """The motion to an angle; one from rest is planned once, because the steps of a session are the same each run.
+        """Returns the motion to an angle.
+
+        One from rest is planned once, because the steps of a session are the same each run.
 
         Raises UserError when it cannot be planned.
         """
@@ -151,7 +153,7 @@ class Tilter:
         return motion
 
     def plan_hold(self, *, elapsed_ns: int) -> Plan:
-        """Plan to bring the motion under way to rest as soon as the limits allow."""
+        """Plans to bring the motion under way to rest as soon as the limits allow."""
         if self._path is None:
             raise UserError("There is no motion to bring to rest.")
         return Plan(motion=plan_rest(self._path, start=self.state(elapsed_ns), limits=self._limits))
@@ -167,7 +169,7 @@ class Tilter:
 
 
 def settled_model(settings: ArmSettings) -> ArmModel:
-    """The arm's model with the pivot that the `[arm]` table asks for."""
+    """Returns the arm's model with the pivot that the `[arm]` table asks for."""
     model = load_arm_model(settings.model)
     if settings.pivot_above_plate_m is None:
         return model
@@ -175,7 +177,7 @@ def settled_model(settings: ArmSettings) -> ArmModel:
 
 
 def settled_stage(settings: ArmSettings, model: ArmModel) -> TiltStage:
-    """The arm as the `[arm]` table places it; what it leaves out is the model's own home."""
+    """Returns the arm as the `[arm]` table places it; what it leaves out is the model's own home."""
     return tilt_stage(
         model,
         base_xyz_m=settings.base_xyz_m,
@@ -185,7 +187,7 @@ def settled_stage(settings: ArmSettings, model: ArmModel) -> TiltStage:
 
 
 def command_azimuth(command: TiltCommand) -> float:
-    """The azimuth that a command means: its direction's own, or `azimuth_rad` when the direction is -1.
+    """Returns the azimuth that a command means: its direction's own, or `azimuth_rad` when the direction is -1.
 
     Raises UserError for numbers that are not finite, a direction that does not exist, or one that contradicts the
     azimuth beside it.

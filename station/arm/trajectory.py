@@ -60,7 +60,7 @@ class JointTrajectory:
         return np.stack([q0, v0, 3 * (q1 - q0) - 2 * v0 - v1, v0 + v1 - 2 * (q1 - q0)], axis=1)
 
     def at(self, elapsed_ns: int) -> tuple[Array, Array]:
-        """Position and velocity (n,) at a time after the start; outside the motion its ends hold."""
+        """Returns the position and velocity (n,) at a time after the start; outside the motion its ends hold."""
         if elapsed_ns <= 0:
             return self.position_rad[0], self.velocity_rad_s[0]
         if elapsed_ns >= self._times[-1]:
@@ -92,7 +92,7 @@ class TiltLimits:
     quickness_s: float = 0.1
 
     def for_rate(self, rate_rad_s: float) -> TiltLimits:
-        """The limits of a motion at a rate: a fast one, such as the return, also gets up to its speed quickly.
+        """Returns the limits of a motion at a rate: a fast one, such as the return, also gets up to its speed quickly.
 
         A measuring step is slow and stays gentle, lest a block off the pivot slip early by inertia; in a return a block
         that already slides should be stopped, before it reaches the border.
@@ -115,7 +115,7 @@ class TiltMotion:
     goal: TiltState
 
     def state(self, elapsed_ns: int) -> TiltState:
-        """The tilt at a time after the start."""
+        """Returns the tilt at a time after the start."""
         seconds = elapsed_ns * 1e-9
         if seconds >= self.profile.duration_s:
             return self.goal
@@ -126,7 +126,7 @@ class TiltMotion:
 def plan_tilt(
     model: ArmModel, path: TiltPath, *, start: TiltState, angle_rad: float, rate_rad_s: float, limits: TiltLimits
 ) -> TiltMotion:
-    """Plan the motion along `path` from `start` to rest at `angle_rad`, at most as fast as `rate_rad_s`.
+    """Plans the motion along `path` from `start` to rest at `angle_rad`, at most as fast as `rate_rad_s`.
 
     The rate is lowered where a joint could not keep up. Raises UserError when the angle is beyond the path's reach,
     the arm would swing round, or the motion would last longer than LONGEST_S.
@@ -153,7 +153,7 @@ def plan_tilt(
 
 
 def plan_rest(path: TiltPath, *, start: TiltState, limits: TiltLimits) -> TiltMotion:
-    """Plan to stop the tilt as soon as the limits allow, wherever that is."""
+    """Plans to stop the tilt as soon as the limits allow, wherever that is."""
     bounds = Bounds(limits.max_rate_rad_s, limits.max_acceleration_rad_s2, limits.max_jerk_rad_s3)
     profile = profile_to_rest(start, bounds=bounds)
     goal = TiltState(angle_rad=float(profile.at(profile.duration_s)[0]))
@@ -173,7 +173,7 @@ def _refuse_swing(path: TiltPath, *, low: float, high: float, limits: TiltLimits
 def _slowest_joint(
     model: ArmModel, path: TiltPath, *, start: TiltState, angle_rad: float, limits: TiltLimits
 ) -> Bounds:
-    """Rate, acceleration and jerk of the tilt that every joint can follow between two angles."""
+    """Returns rate, acceleration and jerk of the tilt that every joint can follow between two angles."""
     low, high = sorted((start.angle_rad, angle_rad))
     inside = (path.angles_rad >= low - 0.02) & (path.angles_rad <= high + 0.02)
     slope = np.maximum(np.abs(path.slopes[inside]).max(axis=0, initial=0.0), 1e-9)
@@ -191,7 +191,7 @@ def _slowest_joint(
 
 
 def _joints(path: TiltPath, profile: Profile) -> JointTrajectory:
-    """The profile sampled every `PERIOD_NS` and mapped to joints; the last sample is at rest."""
+    """Returns the profile sampled every `PERIOD_NS` and mapped to joints; the last sample is at rest."""
     count = max(1, math.ceil(profile.duration_s * 1e9 / PERIOD_NS)) + 1
     times_ns = np.arange(count, dtype=np.int64) * PERIOD_NS
     angles, rates, _ = profile.at(times_ns * 1e-9)

@@ -28,7 +28,7 @@ from station.physics.smooth import is_smooth
 
 
 def why_not(evidence: Evidence) -> str | None:
-    """The reason, in one sentence, why nothing can be tested; None if something can."""
+    """Returns the reason, in one sentence, why nothing can be tested; None if something can."""
     used = evidence.used()
     if not evidence.channels or used == 0:
         left_out = (f"{count} {why}" for why, count in evidence.left_out.items())
@@ -45,7 +45,7 @@ def why_not(evidence: Evidence) -> str | None:
 
 
 def _slid(evidence: Evidence) -> int:
-    """The number of runs in which the block slid; the other runs only bound friction from below."""
+    """Returns the number of runs in which the block slid; the other runs only bound friction from below."""
     rows = [channel.rows for channel in evidence.channels if channel.shares_friction]
     return len(np.unique(np.concatenate([one.run[~one.limit] for one in rows])))
 
@@ -69,7 +69,7 @@ def answered(
     name: str,
     rng: np.random.Generator,
 ) -> Diagnosis:
-    """The answer, with the runs in which the block toppled looked at beside the channels."""
+    """Returns the answer, with the runs in which the block toppled looked at beside the channels."""
     posteriors, quality = assessment.posteriors, assessment.quality
     claimed = bool(found.found or found.places)
     effects = _effects(evidence, found, assessment)
@@ -128,7 +128,7 @@ def _with_mass(model: Model, catalogue: Catalogue, tips: Toppled | None) -> Mode
 
 
 def _effects(evidence: Evidence, found: Search, assessment: Assessment) -> tuple[EffectFound, ...]:
-    """The names that were found, also those that unseen runs do not confirm, and the places; by probability."""
+    """Returns the names that were found, also those that unseen runs do not confirm, and the places; by probability."""
     kept = {term.effect.id: (assessment.model, term) for term in without_nuisances(assessment.model.model).terms}
     every = {term.effect.id: (found.model, term) for term in without_nuisances(found.model.model).terms} | kept
     listed = [_effect(evidence, found, fitted, term, assessment) for fitted, term in every.values()]
@@ -169,13 +169,13 @@ def _effect(evidence: Evidence, found: Search, fitted: Fit, term: Term, assessme
 
 
 def _other_by(found: Search, name: str) -> str:
-    """The quantity, in words, on which the likeliest smooth term in the place of a name depends."""
+    """Returns the quantity, in words, on which the likeliest smooth term in the place of a name depends."""
     unnamed = (one.effects[0] for one in found.compared[name].candidates if one.smooth)
     return next((depends_on(effect) for effect in unnamed), "")
 
 
 def overall(effects: Sequence[EffectFound], *, claimed: bool) -> Verdict:
-    """The verdict on a recording: supported if any effect is, indistinguishable if all claims are classes."""
+    """Returns the verdict on a recording: supported if any effect is, indistinguishable if all claims are classes."""
     verdicts = {effect.verdict for effect in effects} if claimed else set[Verdict]()
     if "supported" in verdicts:
         return "supported"
@@ -183,7 +183,7 @@ def overall(effects: Sequence[EffectFound], *, claimed: bool) -> Verdict:
 
 
 def refusal(evidence: Evidence, catalogue: Catalogue, why: str, *, name: str) -> Diagnosis:
-    """The answer where nothing can be tested, and why."""
+    """Returns the answer where nothing can be tested, and why."""
     return Diagnosis(
         recording=name,
         total_runs=evidence.total_runs,

@@ -40,12 +40,12 @@ Source = Recorded | Callable[[], Recorded]
 
 
 def read(source: Source) -> Recorded:
-    """The recording, read now if it was not read yet."""
+    """Returns the recording, read now if it was not read yet."""
     return source() if callable(source) else source
 
 
 def evidence_from(recorded: Recorded, setting: Setting, rig_offsets: RigOffsets = UNKNOWN_OFFSETS) -> Evidence:
-    """The evidence of a session, whose slips are read with `rig_offsets`, or of a table."""
+    """Returns the evidence of a session, whose slips are read with `rig_offsets`, or of a table."""
     if isinstance(recorded, Signals):
         return evidence_of(recorded, setting, rig_offsets)
     return table_evidence(recorded, setting)
@@ -72,7 +72,7 @@ def examined(
     jobs: int = 1,
     progress: Progress = lambda _: None,
 ) -> Examined:
-    """The diagnosis, with the data of the report's figures.
+    """Returns the diagnosis, with the data of the report's figures.
 
     Args:
         recorded: a session, or the rows of a table; or what reads it.
@@ -119,7 +119,7 @@ def examined(
 def _evidence(
     source: Source, setting: Setting, progress: Progress, rig_offsets: RigOffsets = UNKNOWN_OFFSETS
 ) -> tuple[Evidence, Counted]:
-    """The evidence of what was recorded, which itself is no longer needed then, and what is counted in it."""
+    """Returns the evidence of what was recorded, which itself is no longer needed then, and what is counted in it."""
     recorded = read(source)
     progress("reading the evidence")
     evidence = evidence_from(recorded, setting, rig_offsets)
@@ -135,7 +135,7 @@ def _counted(recorded: Recorded, evidence: Evidence) -> Counted:
 
 
 def _kept(evidence: Evidence, found: Search, gains: Mapping[str, HeldOutGain]) -> Fit:
-    """The fit to all runs without the names that do not improve the prediction of unseen ones."""
+    """Returns the fit to all runs without the names that do not improve the prediction of unseen ones."""
     model = found.model
     for name, adds in gains.items():
         if not adds.real:

@@ -70,7 +70,7 @@ def against_given(
     seed: int = 1,
     progress: Progress = lambda _: None,
 ) -> Given:
-    """The diagnosis with a simulation's recording of the same commands in place of the plain model.
+    """Returns the diagnosis with a simulation's recording of the same commands in place of the plain model.
 
     Args:
         examined: the diagnosis of the user's recording.
@@ -144,25 +144,25 @@ def against_given(
 
 
 def _slides(evidence: Evidence) -> int:
-    """The number of a recording's windows of slides."""
+    """Returns the number of a recording's windows of slides."""
     return 0 if evidence.slides is None else len(evidence.slides)
 
 
 def _less_friction(recorded: Found, simulated: Evidence, start: float) -> float:
-    """The factor on a simulation's friction with which its blocks slip before the recorded ones do."""
+    """Returns the factor on a simulation's friction with which its blocks slip before the recorded ones do."""
     own = levelled(simulated, Model(mu_s=start)).mu_s
     wanted = start * math.exp(-EARLIER * recorded.search.model.noise.friction)
     return min(1.0, wanted / own)
 
 
 def _still_asked(answer: Diagnosis, diagnosis: Diagnosis) -> NextExperiment | None:
-    """The recording's next experiment; None if all that it found is in the simulation as well."""
+    """Returns the recording's next experiment; None if all that it found is in the simulation as well."""
     left = any(effect.id in diagnosis.names and effect.side != "simulation" for effect in diagnosis.effects)
     return None if answer.names and not left else answer.next_experiment
 
 
 def _without_numerics(diagnosis: Diagnosis, catalogue: Catalogue) -> Diagnosis:
-    """The same with the artefacts of the simulation's solver apart: they are no physics, and have a cure."""
+    """Returns the same with the artefacts of the simulation's solver apart: they are no physics, and have a cure."""
     ours = {
         effect.id for effect in diagnosis.effects if effect.id in CURES and catalogue[effect.id].layer == "numerics"
     }
@@ -185,7 +185,7 @@ def _without_numerics(diagnosis: Diagnosis, catalogue: Catalogue) -> Diagnosis:
 
 
 def _kept(diagnosis: Diagnosis, compared: SimulationComparison) -> tuple[Effect, ...]:
-    """The effects that are claimed, and those that both have alike, whose part the others would take up."""
+    """Returns the effects that are claimed, and those that both have alike, whose part the others would take up."""
     claimed = {effect.id for effect in diagnosis.effects if effect.verdict != "not supported"}
     alike = {called(one.effect.id) for one in compared.effects if one.effect and one.side == "both"}
     effects = [one.effect for one in compared.effects if one.effect is not None]
@@ -193,7 +193,7 @@ def _kept(diagnosis: Diagnosis, compared: SimulationComparison) -> tuple[Effect,
 
 
 def _compared(answer: Diagnosis, compared: SimulationComparison, simulated: Found) -> Diagnosis:
-    """The recording's own answer with each effect compared, and the effects that only the simulation has."""
+    """Returns the recording's own answer with each effect compared, and the effects that only the simulation has."""
     comparisons = {called(one.effect.id): one for one in compared.effects if one.effect is not None}
     unseen = {called(name) for name in simulated.search.untestable}
     mine = [_of_recording(effect, comparisons.get(effect.id), unseen=effect.id in unseen) for effect in answer.effects]
@@ -210,7 +210,7 @@ def _compared(answer: Diagnosis, compared: SimulationComparison, simulated: Foun
 
 
 def _of_recording(effect: EffectFound, comparison: EffectComparison | None, *, unseen: bool) -> EffectFound:
-    """An effect of the recording; the simulation lacks it with the probability that their numbers differ.
+    """Returns an effect of the recording; the simulation lacks it with the probability that their numbers differ.
 
     Of one that could not show in the simulation (`unseen`) nothing can be said.
     """
@@ -224,7 +224,7 @@ def _of_recording(effect: EffectFound, comparison: EffectComparison | None, *, u
 
 
 def _of_simulation(comparison: EffectComparison, simulated: Found) -> EffectFound:
-    """An effect that was found in the simulation alone."""
+    """Returns an effect that was found in the simulation alone."""
     effect = comparison.effect
     assert effect is not None
     classes: Mapping[str, tuple[str, ...]] = simulated.posteriors.classes

@@ -31,12 +31,15 @@ READ_IN: Mapping[str, tuple[float, str]] = {
 
 
 def read_name(name: str, unit: str) -> str:
-    """A parameter's name without its SI unit, where the number is read in another one: x for x_m, which is in mm."""
+    """Reads a parameter's name without its SI unit, where the number is read in another one.
+
+    It is x for x_m, which is in mm.
+    """
     return re.sub(rf"_{unit}(?=_|$)", "", name) if unit in READ_IN else name
 
 
 def rounded(value: float, digits: int) -> str:
-    """A number to so many significant digits as people write it, without a power of ten."""
+    """Returns a number to so many significant digits as people write it, without a power of ten."""
     return np.format_float_positional(value, precision=digits, unique=False, fractional=False, trim="-")
 
 
@@ -55,7 +58,7 @@ class Value:
         return self.value - 1.645 * self.sd, self.value + 1.645 * self.sd
 
     def __str__(self) -> str:
-        """The number and its standard error to two digits of the error, the unit, and a note if it is at its bound."""
+        """Gives the number and its standard error to two digits of the error, the unit, and a note if at its bound."""
         if not math.isfinite(self.value):
             return "–"
         factor, unit = self.read_in
@@ -240,14 +243,14 @@ class FitQuality:
     simulator_rerun: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
     def changes(self, figure: str) -> bool:
-        """True if a figure of `Quality` differs by more than its standard errors together."""
+        """Returns true if a figure of `Quality` differs by more than its standard errors together."""
         before, after = (getattr(one, figure) for one in (self.before, self.after))
         errors = (one.se.get(figure, math.nan) for one in (self.before, self.after))
         return abs(before - after) > math.hypot(*errors)
 
     @classmethod
     def unknown(cls) -> FitQuality:
-        """The quality where nothing could be tested: every figure is nan."""
+        """Returns the quality where nothing could be tested: every figure is nan."""
         nan = math.nan
         nothing = Quality(log_score=nan, onset_rmse_deg=nan, path_rmse_mm=nan, coverage90=nan)
         return cls(before=nothing, after=nothing, log_score_gain=nan, gain_se=nan, floor_onset_deg=nan, gap_closed=nan)
@@ -278,7 +281,7 @@ class NextExperiment:
     lockstep: bool = False
 
     def command(self, path: str) -> str:
-        """The command that runs the plan file at `path`."""
+        """Returns the command that runs the plan file at `path`."""
         return f"station run {'--lockstep ' if self.lockstep else ''}--plan {path}"
 
 

@@ -13,7 +13,7 @@ from station.diagnosis.result import Diagnosis, Differs, EffectFound, HeldOutGai
 
 
 def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
-    """The `--json` contract; a number that does not exist is null."""
+    """Returns the `--json` contract; a number that does not exist is null."""
     fit = diagnosis.fit
     plan = diagnosis.next_experiment
     return _finite(
@@ -99,12 +99,12 @@ def _held_out(gain: HeldOutGain) -> dict[str, Any]:
 
 
 def _without(part: Any, name: str) -> dict[str, Any]:
-    """The fields of a part of the answer but one, which is drawn and not told."""
+    """Returns the fields of a part of the answer but one, which is drawn and not told."""
     return {key: value for key, value in asdict(part).items() if key != name}
 
 
 def _finite(value: Any) -> Any:
-    """The value with null for each nan and infinity, which JSON lacks, and with plain Python numbers."""
+    """Returns the value with null for each nan and infinity, which JSON lacks, and with plain Python numbers."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, Mapping):

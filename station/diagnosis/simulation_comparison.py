@@ -93,7 +93,7 @@ class SimulationComparison:
 
 
 def as_noisy_as(recorded: Found, simulated: Evidence) -> Evidence:
-    """The simulation's evidence with the recording's noise as a lower bound for its rows and runs.
+    """Returns the simulation's evidence with the recording's noise as a lower bound for its rows and runs.
 
     A row of the simulation gets at least the median standard deviation of the recording's rows in the same channel.
     """
@@ -127,12 +127,12 @@ def compared_with_simulation(recorded: Found, simulated: Found) -> SimulationCom
 
 
 def _refit(evidence: Evidence, fitted: Fit, effects: Sequence[Effect]) -> Fit:
-    """The fit again with only these of the model's effects and its nuisances."""
+    """Returns the fit again with only these of the model's effects and its nuisances."""
     return fit(evidence, keeping(fitted.model, {one.id for one in effects}), effects, noise=fitted.noise)
 
 
 def _joint(recorded: Found, simulated: Found) -> list[Effect]:
-    """The effects of both; where two cannot be told from each other, only the recording's is kept."""
+    """Returns the effects of both; where two cannot be told from each other, only the recording's is kept."""
     mine = list(recorded.search.found)
     known = {name for classes in recorded.posteriors.classes.values() for name in classes} | {one.id for one in mine}
     for effect in simulated.search.found:
@@ -143,7 +143,9 @@ def _joint(recorded: Found, simulated: Found) -> list[Effect]:
 
 
 def _fitted(one: Found, other: Found, effects: Sequence[Effect]) -> Fit:
-    """The fit of all effects to one of the two; one that it lacks has the other's shapes, and only its size is free.
+    """Returns the fit of all effects to one of the two.
+
+    One that it lacks has the other's shapes, and only its size is free.
 
     A shape means nothing where there is no size: were it free, a large size of a shape that acts nowhere would fit as
     well, and the size would be unknown. What one calls by another name of the same class makes room for the one that is
@@ -161,7 +163,7 @@ def _fitted(one: Found, other: Found, effects: Sequence[Effect]) -> Fit:
 
 
 def _held(effect: Effect) -> Effect:
-    """The same law with its shapes as its term has them."""
+    """Returns the same law with its shapes as its term has them."""
     sizes = tuple(parameter for parameter in effect.parameters if not parameter.is_shape)
     return effect if sizes == effect.parameters else type("Held", (type(effect),), {"parameters": sizes})()
 
@@ -178,7 +180,7 @@ def _level(recorded: Found, simulated: Found, fits: Sequence[Fit]) -> EffectComp
 
 
 def _level_of(found: Found, fitted: Fit) -> Value:
-    """The level, as sure as the measurement can be trusted, however many runs there are."""
+    """Returns the level, as sure as the measurement can be trusted, however many runs there are."""
     level = level_of(found.evidence, fitted)
     sd = math.hypot(level.sd, thresholds.FRICTION_TRUSTED * level.value)
     return replace(level, value=level.value / found.friction, sd=sd / found.friction)
@@ -209,7 +211,7 @@ def _effect_compared(effect: Effect, recorded: Found, simulated: Found, fits: Se
 
 
 def _changes(evidence: Evidence, fits: Sequence[Fit], terms: Sequence[Term]) -> tuple[Differs, ...]:
-    """The change that a smooth term makes in recording and simulation; empty for a named effect."""
+    """Returns the change that a smooth term makes in recording and simulation; empty for a named effect."""
     changes = [change(evidence, fitted, term, like=terms[0]) for fitted, term in zip(fits, terms, strict=True)]
     mine, theirs = (None if one is None else one.known for one in changes)
     if changes[0] is None or mine is None or theirs is None:
@@ -218,11 +220,14 @@ def _changes(evidence: Evidence, fits: Sequence[Fit], terms: Sequence[Term]) -> 
 
 
 def _gain(numbers: Sequence[Differs], covariance: Array) -> float:
-    """Twice the log likelihood gained if k numbers may differ; `covariance` (k, k) is that of their differences."""
+    """Returns twice the log likelihood gained if k numbers may differ.
+
+    `covariance` (k, k) is that of their differences.
+    """
     apart = np.array([one.recording.value - one.simulation.value for one in numbers])
     return float(apart @ np.linalg.pinv(covariance, hermitian=True) @ apart)
 
 
 def _price(recorded: Found, count: int) -> float:
-    """The gain in twice the log likelihood that `count` numbers must exceed (BIC)."""
+    """Returns the gain in twice the log likelihood that `count` numbers must exceed (BIC)."""
     return count * math.log(max(recorded.evidence.used(), 2))

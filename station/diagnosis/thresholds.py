@@ -389,12 +389,12 @@ LEVEL = Threshold(
 
 
 def table() -> dict[str, Threshold]:
-    """All thresholds by name, in the order of this file."""
+    """Returns all thresholds by name, in the order of this file."""
     return {name: value for name, value in globals().items() if isinstance(value, Threshold)}
 
 
 def lines() -> Iterator[str]:
-    """The table as text, three lines to a number."""
+    """Yields the table as text, three lines to a number."""
     for name, one in table().items():
         yield f"{name} = {float(one):g}" + ("" if one.unit == "1" else f" {one.unit}")
         yield f"    {one.meaning} {one.how}"

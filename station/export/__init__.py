@@ -32,7 +32,7 @@ class Format(Protocol):
     HELP: str
 
     def export(self, pairs: Sequence[NamedPair]) -> Sequence[ExportedFile]:
-        """The files that say these pairs' friction in this format."""
+        """Returns the files that say these pairs' friction in this format."""
         ...
 
 
@@ -43,29 +43,29 @@ class ModelFormat(Protocol):
     HELP: str
 
     def export_model(self, named: NamedModel) -> Sequence[ExportedFile]:
-        """The files that say this model in this format."""
+        """Returns the files that say this model in this format."""
         ...
 
 
 def export_formats() -> dict[str, Format]:
-    """Every format of measured pairs by its name."""
+    """Returns every format of measured pairs by its name."""
     found = [cast(Format, module) for module in _modules() if hasattr(module, "export")]
     return {each.NAME: each for each in found}
 
 
 def model_formats() -> dict[str, ModelFormat]:
-    """Every format of models by its name."""
+    """Returns every format of models by its name."""
     found = [cast(ModelFormat, module) for module in _modules() if hasattr(module, "export_model")]
     return {each.NAME: each for each in found}
 
 
 def export(pairs: Sequence[MeasuredPair], to: Format) -> tuple[ExportedFile, ...]:
-    """The files of one format, each with what it cannot say."""
+    """Returns the files of one format, each with what it cannot say."""
     return tuple(to.export(named(pairs)))
 
 
 def export_model(named_model: NamedModel, to: str) -> tuple[ExportedFile, ...]:
-    """The files of a model in the format `to`; a format of pairs gets it if it is friction by direction alone.
+    """Returns the files of a model in the format `to`; a format of pairs gets it if it is friction by direction alone.
 
     Raises:
         UserError: if it is more than that.

@@ -28,12 +28,12 @@ class Carried:
     names: Mapping[Symbol, str]
 
     def name_of(self, thing: Any) -> str:
-        """The name in the text of a function or class that was asked for."""
+        """Returns the name in the text of a function or class that was asked for."""
         return self.names[thing.__module__, thing.__name__]
 
 
 def carry(*roots: Any) -> Carried:
-    """The functions and classes `roots`, with what they need.
+    """Returns the functions and classes `roots`, with what they need.
 
     Raises:
         UserError: if one of their modules imports a module of ours as a whole.
@@ -68,11 +68,11 @@ class _Needed:
                 waiting = [(one, each.names[0]) for one, known in self.definitions.items() for each in known]
 
     def left_out(self, definition: Definition) -> list[Member]:
-        """The members of a class that nothing asks for."""
+        """Returns the members of a class that nothing asks for."""
         return [member for member in definition.members if member.name not in self._asked]
 
     def in_order(self) -> list[Source]:
-        """The sources, each after those that it takes from."""
+        """Returns the sources, each after those that it takes from."""
         done: dict[str, None] = {}
 
         def visit(module: str) -> None:
@@ -120,7 +120,7 @@ class _Needed:
 
 
 def _names(needed: _Needed) -> dict[Symbol, str]:
-    """The name in the text of every name that a module uses."""
+    """Returns the name in the text of every name that a module uses."""
     taken: dict[str, object] = {}
     names: dict[Symbol, str] = {}
     for source in needed.in_order():
@@ -142,7 +142,7 @@ def _names(needed: _Needed) -> dict[Symbol, str]:
 
 
 def _imports(needed: _Needed, names: Mapping[Symbol, str]) -> tuple[str, ...]:
-    """The import statements, one for each module."""
+    """Returns the import statements, one for each module."""
     found = {(one, names[key]) for key, one in needed.foreign.items()}
     whole = sorted(f"import {one.module}" + _alias(one.module, name) for one, name in found if not one.name)
     modules = sorted({one.module for one, _ in found if one.name})
@@ -158,13 +158,13 @@ def _alias(what: str, name: str) -> str:
 
 
 def _end_of(found: Import) -> Symbol:
-    """The module that defines what an import takes from ours."""
+    """Returns the module that defines what an import takes from ours."""
     further = source_of(found.module).find(found.name)
     return _end_of(further) if isinstance(further, Import) and further.ours else (found.module, found.name)
 
 
 def _part(source: Source, needed: _Needed, names: Mapping[Symbol, str]) -> str:
-    """The needed definitions of one module, under a line with its name and its own words as a comment."""
+    """Returns the needed definitions of one module, under a line with its name and its own words as a comment."""
     wanted = needed.definitions[source.module]
     chosen = [one for one in source.definitions if one in wanted]
     if not chosen:
@@ -181,7 +181,7 @@ def _spaced(chosen: Sequence[Definition], texts: Sequence[str]) -> Iterator[str]
 
 
 def _text(source: Source, one: Definition, left_out: Sequence[Member], names: Mapping[Symbol, str]) -> str:
-    """The lines of a definition with its names in the text, less the members that are left out."""
+    """Returns the lines of a definition with its names in the text, less the members that are left out."""
     lines = _renamed(source, one, names)
     gone = {number for member in left_out for node in member.nodes for number in _rows(node)}
     kept = [lines[number] for node in one.nodes for number in _rows(node) if number not in gone]
@@ -206,7 +206,7 @@ def _renamed(source: Source, one: Definition, names: Mapping[Symbol, str]) -> li
 
 
 def _own_name(source: Source, one: Definition) -> Iterator[tuple[int, int, str]]:
-    """The place of a function's or class's own name, which the syntax tree does not say."""
+    """Yields the place of a function's or class's own name, which the syntax tree does not say."""
     node = one.nodes[0]
     if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
         line = source.lines[node.lineno - 1]
@@ -214,6 +214,6 @@ def _own_name(source: Source, one: Definition) -> Iterator[tuple[int, int, str]]
 
 
 def commented(lines: Iterable[str], *, width: int = 116) -> str:
-    """Lines as comments of Python, wrapped."""
+    """Returns lines as comments of Python, wrapped."""
     wrapped = (part for line in lines for part in (textwrap.wrap(line, width, subsequent_indent="  ") or [""]))
     return "\n".join(f"# {line}".rstrip() for line in wrapped)

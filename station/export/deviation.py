@@ -84,7 +84,7 @@ class Compared(NamedTuple):
 
 
 def deviations(file: ExportedFile, model: Model, directions: Sequence[float]) -> list[Deviation]:
-    """The deviations (n,) in directions (n,), rad, of the descent in the plate.
+    """Returns the deviations (n,) in directions (n,), rad, of the descent in the plate.
 
     Raises:
         UserError: if the block does not slide by itself, or the file does not run, such as without its engine.
@@ -94,7 +94,9 @@ def deviations(file: ExportedFile, model: Model, directions: Sequence[float]) ->
 
 
 def all_deviations(compared: Sequence[Compared]) -> list[list[Deviation]]:
-    """The deviations of files of one engine, which one Python runs one after another: an engine loads for a second.
+    """Returns the deviations of files of one engine, which one Python runs one after another.
+
+    An engine loads for a second.
 
     Raises:
         UserError: as `deviations`, for any of the files; also if two have one name.
@@ -120,7 +122,7 @@ def _ramps(model: Model, directions: Sequence[float]) -> list[Ramp]:
 
 
 def _from_level(model: Model, directions: Sequence[float]) -> Array:
-    """The tilts (n,) at which the blocks start from level; nan for one that holds to the steepest tilt.
+    """Returns the tilts (n,) at which the blocks start from level; nan for one that holds to the steepest tilt.
 
     The ramps end soon after: a slide up to the steepest tilt would take most of the comparison's time.
     """
@@ -135,7 +137,7 @@ def _from_level(model: Model, directions: Sequence[float]) -> Array:
 
 
 def _ours(model: Model, ramp: Ramp, path: Array) -> Array:
-    """Our own path at the same times."""
+    """Returns our own path at the same times."""
     moved = simulate(_commands(ramp), model, time_s=path[:, 0])
     return np.column_stack([path[:, :2], moved.path[0]])
 
@@ -160,7 +162,7 @@ def _deviation(ramp: Ramp, path: Array, ours: Array) -> Deviation:
 
 
 def _seen(path: Array, *, followed_s: float = FOLLOWED_S) -> tuple[float, Array]:
-    """The tilt at the onset, and how far x, y and yaw (3,) have come `followed_s` after it."""
+    """Returns the tilt at the onset, and how far x, y and yaw (3,) have come `followed_s` after it."""
     row, step_s = onset(path), path[1, 0] - path[0, 0]
     rows = np.arange(len(path))
 

@@ -33,7 +33,7 @@ class ExportedFile:
 
 
 def named(pairs: Sequence[MeasuredPair]) -> tuple[NamedPair, ...]:
-    """The pairs with their stems, such as steel_on_wood."""
+    """Returns the pairs with their stems, such as steel_on_wood."""
     seen: dict[str, int] = {}
     result: list[NamedPair] = []
     for pair in pairs:
@@ -46,12 +46,12 @@ def named(pairs: Sequence[MeasuredPair]) -> tuple[NamedPair, ...]:
 
 
 def unsupported_lines(unsupported: Iterable[str]) -> list[str]:
-    """The sentences on what a format cannot express, as comment lines."""
+    """Returns the sentences on what a format cannot express, as comment lines."""
     return [f"NOT EXPORTED: {text}" for text in unsupported]
 
 
 def measured_lines(pair: MeasuredPair) -> list[str]:
-    """The measurement as comment lines."""
+    """Returns the measurement as comment lines."""
     lines = [f"Static friction of {pair.name}, measured with a tilting plate ({_count(pair)})."]
     if pair.isotropic:
         lines.append(f"mu {pair.mu_1:.4f}{_interval(pair.mu_1_interval)} in every direction: {_degrees(pair.mu_1)}.")
@@ -70,13 +70,13 @@ def measured_lines(pair: MeasuredPair) -> list[str]:
 
 
 def xml_comment(lines: Sequence[str]) -> str:
-    """Lines as a comment of XML; two hyphens in a row, which XML does not allow there, are parted."""
+    """Returns lines as a comment of XML; two hyphens in a row, which XML does not allow there, are parted."""
     clean = [f"  {line}" for line in _wrapped(lines)]
     return "\n".join(["<!--", *(re.sub(r"-(?=-)", "- ", line) for line in clean), "-->"])
 
 
 def hashed(lines: Sequence[str]) -> str:
-    """Lines as a comment of Python and USD."""
+    """Returns lines as a comment of Python and USD."""
     return "\n".join(f"# {line}" for line in _wrapped(lines))
 
 
@@ -85,7 +85,7 @@ def _wrapped(lines: Sequence[str]) -> list[str]:
 
 
 def number(value: float) -> str:
-    """A number with the ten digits that a simulator's file needs at most."""
+    """Returns a number with the ten digits that a simulator's file needs at most."""
     return f"{value + 0.0:.10g}"
 
 

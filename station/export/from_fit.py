@@ -16,7 +16,7 @@ _CIRCLE: Array = np.linspace(0, 2 * math.pi, 180, endpoint=False)
 def pair_of_fit(
     fit: LimitCurveFit, *, object: str, plate: str, side_m: float = SIDE_M, mass_kg: float = MASS_KG
 ) -> MeasuredPair:
-    """The nearest ellipse of a pair's limit curve with its intervals, and what it leaves out.
+    """Returns the nearest ellipse of a pair's limit curve with its intervals, and what it leaves out.
 
     A curve that is fixed in both bodies gives the ellipse of the body whose ratio of axes is the larger.
     """
@@ -48,7 +48,7 @@ def pair_of_fit(
 
 
 def _carrier(curve: LimitCurve) -> tuple[FixedIn, float]:
-    """The body in which the ellipse is fixed, and the ratio of axes of the other body's."""
+    """Returns the body in which the ellipse is fixed, and the ratio of axes of the other body's."""
     if curve.frame != "both":
         return curve.frame, 1.0
     by_object, by_plate = (math.exp(math.hypot(*shape.stretch)) for shape in (curve.object, curve.plate))
@@ -61,7 +61,7 @@ def _alone(curve: LimitCurve, fixed_in: FixedIn) -> LimitCurve:
 
 
 def _interval(fit: LimitCurveFit, *names: str) -> tuple[float, float]:
-    """The interval of the first of these estimates that there is: a circle has its level alone."""
+    """Returns the interval of the first of these estimates that there is: a circle has its level alone."""
     for name in names:
         if estimate := fit.estimates.get(name):
             return estimate.low, estimate.high

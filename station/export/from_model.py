@@ -31,13 +31,13 @@ class NamedModel:
 
 
 def named_model(path: Path, model: Model) -> NamedModel:
-    """The model with the name of its file."""
+    """Returns the model with the name of its file."""
     stem = re.sub(r"\W+", "_", path.stem, flags=re.ASCII).strip("_").lower() or "model"
     return NamedModel(f"model_{stem}" if stem[0].isdigit() else stem, model)
 
 
 def pair_of_model(model: Model, *, to: str) -> MeasuredPair:
-    """The friction of a model as a pair's, for the format `to` that knows friction by direction alone.
+    """Returns the friction of a model as a pair's, for the format `to` that knows friction by direction alone.
 
     Raises:
         UserError: naming what acts otherwise, or depends on more.
@@ -63,7 +63,7 @@ def pair_of_model(model: Model, *, to: str) -> MeasuredPair:
 
 
 def _acts_beyond(model: Model, term: Term) -> bool:
-    """True if a term acts otherwise than by friction, or by a friction that depends on more than the direction."""
+    """Returns true if a term acts other than by friction, or by a friction that depends on more than the direction."""
     alone = replace(model, terms=(term,))
     if term.effect.is_null(term.values):
         return False
@@ -73,7 +73,7 @@ def _acts_beyond(model: Model, term: Term) -> bool:
 
 
 def _anywhere(way_rad: float) -> Contact:
-    """Blocks that slide, or would, in one direction of P, and differ in all else but their heading."""
+    """Returns blocks that slide, or would, in one direction of P, and differ in all else but their heading."""
     rng = np.random.default_rng(_SEED)
     moving = rng.random(_STATES) < 0.5
     return contact(
@@ -104,7 +104,10 @@ def _varies(model: Model, **by: Array) -> bool:
 
 
 def _ellipse(model: Model, *, fixed_in: FixedIn, to: str) -> tuple[float, float, float]:
-    """The half-axes of the limit curve and the direction of the first: h² = m + c cos 2φ + s sin 2φ of an ellipse."""
+    """Returns the half-axes of the limit curve and the direction of the first.
+
+    The curve of an ellipse is h² = m + c cos 2φ + s sin 2φ.
+    """
     turned = contact(yaw_rad=_WAYS, way_rad=_WAYS)
     if fixed_in == "object" and np.ptp(model.friction(turned)) > _EQUAL * model.mu_s:
         raise UserError(f"Expected a grain of the plate or of the object for --format {to}, got both in the model")

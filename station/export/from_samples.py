@@ -20,7 +20,7 @@ _BOOTSTRAPS = 1
 
 
 def pair_of_slides(pair: Pair, *, rng: np.random.Generator) -> MeasuredPair | None:
-    """A pair's limit curve; the mean of its kept slides where none can be fitted; None where nothing slid.
+    """Returns a pair's limit curve; the mean of its kept slides where none can be fitted; None where nothing slid.
 
     `rng` is for the fit's own checks.
     """
@@ -52,7 +52,10 @@ def _mean(pair: Pair, *, side_m: float, mass_kg: float, reason: str) -> Measured
 
 
 def body_of(samples: Sequence[Sample]) -> tuple[float, float]:
-    """Side (m) of the square that the object stands on, and its mass (kg); the paper's cube where it is not stated."""
+    """Returns the side (m) of the square that the object stands on, and its mass (kg).
+
+    They are those of the paper's cube where they are not stated.
+    """
     areas = [sample.block_area_m2 for sample in samples if sample.block_area_m2 > 0]
     masses = [sample.block_mass_kg for sample in samples if sample.block_mass_kg > 0]
     side_m = math.sqrt(float(np.median(areas))) if areas else SIDE_M

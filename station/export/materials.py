@@ -25,7 +25,7 @@ _LEAST_MU = 1e-3
 
 
 def combine(rule: Rule, a: float, b: float) -> float:
-    """The coefficient that an engine makes of two materials'."""
+    """Returns the coefficient that an engine makes of two materials'."""
     match rule:
         case "max":
             return max(a, b)
@@ -43,7 +43,7 @@ RULES: tuple[Rule, ...] = ("max", "min", "average", "harmonic", "product")
 
 
 def each_material(rule: Rule, mu: float) -> float:
-    """The coefficient that both materials of a pair get, so that the engine reads `mu` back."""
+    """Returns the coefficient that both materials of a pair get, so that the engine reads `mu` back."""
     return math.sqrt(mu) if rule == "product" else mu
 
 
@@ -61,7 +61,7 @@ class SharedMaterials:
 
 
 def shared_materials(rule: Rule, pairs: Sequence[MeasuredPair]) -> SharedMaterials:
-    """One coefficient a material, for scenes that hold several pairs: exact where the rule allows it.
+    """Returns one coefficient a material, for scenes that hold several pairs: exact where the rule allows it.
 
     Average, harmonic and product are linear in the materials, in their reciprocals and in their logarithms: least
     squares there. Under max a material gets the least of its pairs' coefficients (no pair is then read too high), under

@@ -44,12 +44,12 @@ def _items(value: object) -> tuple[Any, ...]:
 
 
 def _is_text(value: object) -> bool:
-    """True for what a file can hold: JSON may have half a letter, which no encoding has."""
+    """Returns true for what a file can hold: JSON may have half a letter, which no encoding has."""
     return isinstance(value, str) and not any("\ud800" <= letter <= "\udfff" for letter in value)
 
 
 def _is_number(value: object) -> bool:
-    """True for what a float can hold."""
+    """Returns true for what a float can hold."""
     return isinstance(value, int | float | np.number) and not (isinstance(value, int) and abs(value) >= 2**63)
 
 
@@ -114,7 +114,7 @@ class MeasuredPair:
         return math.sqrt(self.mu_1 * self.mu_2)
 
     def force(self, phi_rad: ArrayLike) -> Array:
-        """The tangential over the normal force (n,) that the contact holds against pulls in directions phi (n,), rad.
+        """Returns the tangential over the normal force (n,) that the contact holds against pulls towards phi (n,), rad.
 
         Directions are against x of the frame `fixed_in`.
         """
@@ -122,5 +122,8 @@ class MeasuredPair:
         return 1.0 / np.hypot(np.cos(along) / self.mu_1, np.sin(along) / self.mu_2)
 
     def angle_rad(self, phi_rad: ArrayLike) -> Array:
-        """Tilts (n,), rad, where the object starts to slide; downhill is phi (n,), rad, in the frame `fixed_in`."""
+        """Returns tilts (n,), rad, where the object starts to slide.
+
+        Downhill is phi (n,), rad, in the frame `fixed_in`.
+        """
         return np.arctan(self.force(phi_rad))

@@ -18,14 +18,14 @@ STEEPEST_NY = 0.5
 
 
 def first_tangent(normal: Array) -> Array:
-    """The first tangent (3,) of a contact with this unit normal (3,), in the world's frame."""
+    """Returns the first tangent (3,) of a contact with this unit normal (3,), in the world's frame."""
     axis = np.array([0.0, 1.0, 0.0] if abs(normal[1]) < STEEPEST_NY else [0.0, 0.0, 1.0])
     tangent = axis - (normal @ axis) * normal
     return tangent / np.linalg.norm(tangent)
 
 
 def ellipse_turn_rad(tilt_rad: float, azimuth_rad: float) -> float:
-    """The turn (−90° to 90°) of the ellipse on a plate that was tilted by `tilt_rad` about a level axis.
+    """Returns the turn (−90° to 90°) of the ellipse on a plate that was tilted by `tilt_rad` about a level axis.
 
     The axis of the tilt is at the azimuth from the world's x; level, the ellipse's first axis is the world's y.
     """
@@ -36,12 +36,12 @@ def ellipse_turn_rad(tilt_rad: float, azimuth_rad: float) -> float:
 
 
 def worst_turn_rad(tilt_rad: float) -> float:
-    """The largest turn of the ellipse at one tilt, over all axes of the tilt."""
+    """Returns the largest turn of the ellipse at one tilt, over all axes of the tilt."""
     return max(abs(ellipse_turn_rad(tilt_rad, math.radians(azimuth))) for azimuth in range(180))
 
 
 def _rotation(angle_rad: float, azimuth_rad: float) -> Array:
-    """Rodrigues' formula for a level axis."""
+    """Returns the rotation about a level axis, by Rodrigues' formula."""
     x, y = math.cos(azimuth_rad), math.sin(azimuth_rad)
     cross = np.array([[0.0, 0.0, y], [0.0, 0.0, -x], [-y, x, 0.0]])
     return np.eye(3) + math.sin(angle_rad) * cross + (1 - math.cos(angle_rad)) * cross @ cross

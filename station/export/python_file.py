@@ -65,7 +65,7 @@ def python_file(
     caveats: Mapping[str, str] = _NO_CAVEATS,
     scene: str = "",
 ) -> ExportedFile:
-    """The file for one engine.
+    """Returns the file for one engine.
 
     Args:
         named: the model.
@@ -87,7 +87,7 @@ def python_file(
 
 
 def _kinds(term: Term) -> Iterator[type]:
-    """The classes of an effect and of the objects that it holds."""
+    """Yields the classes of an effect and of the objects that it holds."""
     yield type(term.effect)
     for held in vars(term.effect).values():
         if type(held).__module__.partition(".")[0] == "station":
@@ -102,7 +102,7 @@ def _summary(model: Model) -> Iterator[str]:
 
 
 def _tail(named: NamedModel, carried: Carried, *, bench: Callable[..., Any], scene: str) -> Iterator[str]:
-    """The model itself, the scene, and an example."""
+    """Yields the model itself, the scene, and an example."""
     model, name = named.model, carried.name_of
     yield f"\nMODEL = {name(Model)}("
     yield f"    mu_s={float(model.mu_s)!r},\n    scatter={float(model.scatter)!r},\n    terms=("

@@ -26,7 +26,7 @@ class Read:
 
 
 def read_pairs(path: Path) -> Read:
-    """The pairs in the file.
+    """Reads the pairs in the file.
 
     Raises:
         UserError: if it cannot be read or is neither kind.
@@ -67,7 +67,7 @@ def _without_fit(row: Any) -> str:
 
 
 def _measured(row: Any) -> MeasuredPair:
-    """null stands for NaN; fields that are left out keep their defaults, so that a table can be written by hand."""
+    """Reads a pair; null stands for NaN, and fields left out keep their defaults, for tables written by hand."""
     values: dict[str, Any] = {}
     for spec in fields(MeasuredPair):
         if spec.name in row or spec.default is MISSING:

@@ -31,10 +31,10 @@ class Scene:
 
 
 def scene_of(pair: MeasuredPair) -> Scene:
-    """The scene for a pair's object; the plate is wide enough to slide on."""
+    """Returns the scene for a pair's object; the plate is wide enough to slide on."""
     return Scene(pair.side_m, pair.mass_kg, _PLATE_SIDES * pair.side_m, _PLATE_THICKNESS * pair.side_m)
 
 
 def yaw_quaternion(yaw_rad: float) -> tuple[float, float, float, float]:
-    """The turn about z as w, x, y, z."""
+    """Returns the turn about z as w, x, y, z."""
     return math.cos(yaw_rad / 2), 0.0, 0.0, math.sin(yaw_rad / 2)

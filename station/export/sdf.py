@@ -13,17 +13,17 @@ from station.export.scene import Scene
 
 
 def box(*sides_m: float) -> str:
-    """A box's geometry, by its three sides."""
+    """Returns a box's geometry, by its three sides."""
     return f"<box><size>{' '.join(map(number, sides_m))}</size></box>"
 
 
 def sphere(radius_m: float) -> str:
-    """A sphere's geometry."""
+    """Returns a sphere's geometry."""
     return f"<sphere><radius>{number(radius_m)}</radius></sphere>"
 
 
 def collision(name: str, *, place_m: Sequence[float], geometry: str, surface: str) -> str:
-    """A shape that touches, with its friction; `place_m` (3,) is its middle in the body's frame."""
+    """Returns a shape that touches, with its friction; `place_m` (3,) is its middle in the body's frame."""
     return f"""        <collision name="{name}">
           <pose>{_pose(place_m)}</pose>
           <geometry>{geometry}</geometry>
@@ -41,7 +41,7 @@ def world(
     settings: str = "",
     namespace: str = "",
 ) -> str:
-    """The file: a static plate with its top at z = 0 and a cube on it.
+    """Returns the file: a static plate with its top at z = 0 and a cube on it.
 
     Args:
         name: the world's.

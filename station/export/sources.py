@@ -43,7 +43,7 @@ class Definition:
         return tuple(_members(node)) if isinstance(node, ast.ClassDef) else ()
 
     def without(self, left_out: Iterable[Member]) -> Iterator[ast.AST]:
-        """Every node below this definition, except those of the members that are left out."""
+        """Yields every node below this definition, except those of the members that are left out."""
         out = {id(node) for member in left_out for node in member.nodes}
         waiting: list[ast.AST] = list(self.nodes)
         while waiting:
@@ -80,7 +80,7 @@ class Source:
         self._by_name = {name: one for one in self.definitions for name in one.names}
 
     def find(self, name: str) -> Definition | Import | None:
-        """The statement that binds a name at the top level; None for what Python itself has.
+        """Finds the statement that binds a name at the top level; None for what Python itself has.
 
         Raises:
             UserError: if the name is a module of ours, which no single file can hold.
@@ -93,12 +93,12 @@ class Source:
 
 @cache
 def source_of(module: str) -> Source:
-    """The source of a module by its name."""
+    """Returns the source of a module by its name."""
     return Source(module)
 
 
 def is_dropped_name(name: str) -> bool:
-    """True if a class may lose this member when nothing asks for it."""
+    """Returns true if a class may lose this member when nothing asks for it."""
     return not (name.startswith("__") and name.endswith("__"))
 
 
@@ -119,14 +119,14 @@ def _members(node: ast.ClassDef) -> Iterator[Member]:
 
 
 def _described(statements: list[ast.stmt], number: int) -> tuple[ast.stmt, ...]:
-    """The string after an assignment, which describes it."""
+    """Returns the string after an assignment, which describes it."""
     after = statements[number + 1] if number + 1 < len(statements) else None
     is_text = isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant)
     return (after,) if after and is_text and isinstance(statements[number], ast.Assign | ast.AnnAssign) else ()
 
 
 def _bound(node: ast.stmt) -> tuple[str, ...]:
-    """The names that a statement defines, also one with branches; none for an import that stands alone."""
+    """Returns the names that a statement defines, also one with branches; none for an import that stands alone."""
     if isinstance(node, ast.Import | ast.ImportFrom):
         return ()
     if isinstance(node, ast.If | ast.Try):
@@ -155,7 +155,7 @@ def _imports(body: Iterable[ast.stmt]) -> Iterator[tuple[str, Import]]:
 
 
 def global_names(nodes: Iterable[ast.stmt]) -> list[ast.Name]:
-    """The places where statements use names of their module, and not locals that are called alike."""
+    """Returns the places where statements use names of their module, and not locals that are called alike."""
     found: list[ast.Name] = []
     for node in nodes:
         _collect(node, frozenset(), found)
@@ -172,7 +172,7 @@ def _collect(node: ast.AST, local: frozenset[str], found: list[ast.Name]) -> Non
 
 
 def _locals(scope: ast.AST) -> frozenset[str]:
-    """The names that a function or a comprehension binds itself; what is nested in it has its own."""
+    """Returns the names that a function or a comprehension binds itself; what is nested in it has its own."""
     arguments = getattr(scope, "args", None)
     names = {each.arg for each in ast.walk(arguments) if isinstance(each, ast.arg)} if arguments else set[str]()
     waiting = list(ast.iter_child_nodes(scope))

@@ -13,7 +13,10 @@ _CIRCLE: Array = np.linspace(0, 2 * math.pi, 361)
 
 
 def always_unsupported(pair: MeasuredPair) -> list[str]:
-    """The facts that no rigid-body format says: one-way friction, a second ellipse, other shapes, scatter, remarks."""
+    """Returns the facts that no rigid-body format says.
+
+    These are one-way friction, a second ellipse, other shapes, scatter and remarks.
+    """
     said: list[str] = []
     if pair.one_way != 1.0:
         worst = math.degrees(abs(math.atan(pair.mu * math.sqrt(pair.one_way)) - math.atan(pair.mu)))
@@ -37,7 +40,7 @@ def always_unsupported(pair: MeasuredPair) -> list[str]:
 
 
 def no_kinetic(pair: MeasuredPair, *, engine: str) -> str:
-    """The sentence that an engine has one coefficient for rest and sliding."""
+    """Returns the sentence that an engine has one coefficient for rest and sliding."""
     if math.isnan(pair.kinetic_ratio):
         return f"{engine} has one coefficient for rest and sliding; kinetic friction was not measured."
     return (
@@ -47,7 +50,7 @@ def no_kinetic(pair: MeasuredPair, *, engine: str) -> str:
 
 
 def no_anisotropy(pair: MeasuredPair, *, engine: str) -> list[str]:
-    """The sentence that an engine knows one number for all directions; empty where one number is all there is."""
+    """Gives the sentence that an engine knows one number for all directions; empty where one number is all there is."""
     if pair.isotropic:
         return []
     high, low = (math.degrees(math.atan(mu) - math.atan(pair.mu)) for mu in (pair.mu_1, pair.mu_2))
@@ -59,7 +62,7 @@ def no_anisotropy(pair: MeasuredPair, *, engine: str) -> list[str]:
 
 
 def pyramid_excess_rad(pair: MeasuredPair) -> float:
-    """The tilt by which a friction pyramid (|f_1| ≤ mu_1 N, |f_2| ≤ mu_2 N) lets go after the ellipse, at worst."""
+    """Gives the largest tilt by which a friction pyramid (|f_1| ≤ mu_1 N, |f_2| ≤ mu_2 N) lets go after the ellipse."""
     along = _CIRCLE - pair.axis_rad
     with np.errstate(divide="ignore"):
         corner = np.minimum(pair.mu_1 / np.abs(np.cos(along)), pair.mu_2 / np.abs(np.sin(along)))

@@ -26,7 +26,7 @@ LEFT_OUT = {
 def unsupported_of_model(
     model: Model, *, engine: str, supported: frozenset[str], caveats: Mapping[str, str]
 ) -> list[str]:
-    """A sentence for each effect of which an engine's code leaves something out, or makes something else."""
+    """Returns a sentence for each effect of which an engine's code leaves something out, or makes something else."""
     said: list[str] = []
     for effect in (term.effect for term in model.terms if not term.effect.is_null(term.values)):
         hooks = [hook for hook in HOOKS if hook in effect.acts_through()]

@@ -94,18 +94,18 @@ class AnisotropyTest:
 
 
 def resultant(direction_rad: Array) -> float:
-    """Length, 0 to 1, of the mean of the unit vectors at twice `direction_rad` (n,): 1 if all lie on one line."""
+    """Gives length, 0 to 1, of the mean of the unit vectors at twice `direction_rad` (n,): 1 if all lie on one line."""
     known = direction_rad[np.isfinite(direction_rad)]
     return float(abs(np.exp(2j * known).mean())) if len(known) else 1.0
 
 
 def directions_of(slides: Slides, relation: Relation) -> Array:
-    """The sliding directions (n,) against the object or the plate, 360°."""
+    """Returns the sliding directions (n,) against the object or the plate, 360°."""
     return slides.object_rad if relation == "object" else slides.plate_rad
 
 
 def can_test(slides: Slides, relation: Relation) -> bool:
-    """True if there are enough slides, in more than one direction."""
+    """Returns true if there are enough slides, in more than one direction."""
     known = slides.where(np.isfinite(slides.object_rad) & (slides.mu > 0))
     return len(known) >= LEAST_SAMPLES and resultant(directions_of(known, relation)) < ONE_DIRECTION
 
@@ -162,7 +162,7 @@ def _orthonormal(columns: Array) -> Array:
 
 
 def _sampled(direction: Array) -> Array:
-    """The middles of the parts of the circle that hold samples: elsewhere a fit is a guess."""
+    """Returns the middles of the parts of the circle that hold samples: elsewhere a fit is a guess."""
     width = 2 * math.pi / _GRID
     return cast(Array, (np.unique((direction // width).astype(np.int64) % _GRID) + 0.5) * width)
 
@@ -194,7 +194,7 @@ def anisotropy_test(
 
 
 def _by_chance(fit: Harmonics, rng: np.random.Generator, permutations: int) -> tuple[Array, Array]:
-    """Explained squares and ratios of highest to lowest mu (permutations) when the residuals are dealt out anew."""
+    """Returns explained squares and ratios of highest to lowest mu (permutations) with the residuals dealt out anew."""
     weights = np.array([rng.permutation(fit.residuals) @ fit.scores for _ in range(permutations)])
     curves = weights @ fit.on_grid.T
     return cast(Array, (weights**2).sum(axis=1)), cast(Array, np.exp(np.ptp(curves, axis=1)))
@@ -211,7 +211,7 @@ def _given_other(slides: Slides, relation: Relation) -> float:
 
 
 def holm(tests: list[AnisotropyTest]) -> list[AnisotropyTest]:
-    """The tests with their p-values adjusted for having been made together (Holm, 1979), in the same order."""
+    """Returns the tests with their p-values adjusted for having been made together (Holm, 1979), in the same order."""
     order = sorted(range(len(tests)), key=lambda index: tests[index].p_value)
     adjusted, worst = dict[int, float](), 0.0
     for rank, index in enumerate(order):

@@ -25,7 +25,7 @@ class Bins:
 
 
 def by_direction(direction_rad: Array, values: Array, *, span_rad: float = math.pi, bins: int = BINS) -> Bins:
-    """Mean and standard deviation (bins,) of `values` (n,) by `direction_rad` (n,), in equal parts of [0, span).
+    """Gives mean and standard deviation (bins,) of `values` (n,) by `direction_rad` (n,), in equal parts of [0, span).
 
     The values keep their unit.
     """
@@ -40,7 +40,7 @@ def by_direction(direction_rad: Array, values: Array, *, span_rad: float = math.
 
 
 def heat_map(centre_px: Array, values: Array, *, size_px: tuple[int, int], patch_px: int = PATCH_PX) -> Array:
-    """Mean of the values in patches of the image, (rows, columns); NaN where there is none.
+    """Returns the mean of the values in patches of the image, (rows, columns); NaN where there is none.
 
     Args:
         centre_px: (n, 2) places in the image, px.

@@ -30,7 +30,7 @@ class Note:
 
 
 def conclusions(result: PairResult) -> tuple[Note, ...]:
-    """The sentences about one pair: what it comes to first, then what limits it."""
+    """Returns the sentences about one pair: what it comes to first, then what limits it."""
     if not result.counts.samples:
         return (_nothing_slid(result), *_mixed(result))
     if not result.summary.samples:
@@ -180,7 +180,7 @@ def _calibration(result: PairResult) -> list[Note]:
 
 
 def _among(without: Sequence[str], number: int) -> str:
-    """The note on files that have no calibration."""
+    """Returns the note on files that have no calibration."""
     names = ", ".join(without[:_NAMED]) + (" …" if len(without) > _NAMED else "")
     verb = "has" if len(without) == 1 else "have"
     return f"{len(without)} of {number} files {verb} no calibration ({names})"

@@ -27,7 +27,7 @@ SQUARE_WITHIN = 0.05
 
 
 def sliding_vector(slide_rad: ArrayLike, *, tilt_rad: ArrayLike, azimuth_rad: ArrayLike) -> Array:
-    """Unit vectors s in the world, (n, 3): s = R(t, alpha) s' (equation 6), with t = R(k, beta) i (equation 2).
+    """Returns unit vectors s in the world, (n, 3): s = R(t, alpha) s' (equation 6), with t = R(k, beta) i (equation 2).
 
     Args:
         slide_rad: direction (n,) of s' in the plate.
@@ -47,18 +47,21 @@ def sliding_vector(slide_rad: ArrayLike, *, tilt_rad: ArrayLike, azimuth_rad: Ar
 
 
 def angle_of_repose(slide_rad: ArrayLike, *, tilt_rad: ArrayLike, azimuth_rad: ArrayLike) -> Array:
-    """Theta (n,) in radians along the slide: |arcsin s_z| (equation 5); alpha itself where the block slid along d."""
+    """Returns theta (n,) in radians along the slide: |arcsin s_z| (equation 5).
+
+    It is alpha itself where the block slid along d.
+    """
     s = sliding_vector(slide_rad, tilt_rad=tilt_rad, azimuth_rad=azimuth_rad)
     return np.abs(np.arcsin(np.clip(s[..., 2], -1.0, 1.0)))
 
 
 def friction_coefficient(theta_rad: ArrayLike) -> Array:
-    """Mu = tan theta (n,), for every theta (n,) in radians."""
+    """Returns mu = tan theta (n,), for every theta (n,) in radians."""
     return np.tan(np.asarray(theta_rad, dtype=float))
 
 
 def slide_direction(pre: Array, post: Array) -> Array:
-    """Direction (n,), rad, of the mark's mean displacement from corners `pre` (n, 4, 2) to `post` (n, 4, 2).
+    """Gives the direction (n,), rad, of the mark's mean displacement from corners `pre` (n, 4, 2) to `post` (n, 4, 2).
 
     Both are in the plate frame P, m.
     """
@@ -67,13 +70,13 @@ def slide_direction(pre: Array, post: Array) -> Array:
 
 
 def mark_sides(corners: Array) -> Array:
-    """Mean lengths (n, 2) of the mark's pairs of sides, along its x and its y, in the unit of `corners` (n, 4, 2)."""
+    """Gives mean lengths (n, 2) of the mark's pairs of sides, along its x and y, in the unit of `corners` (n, 4, 2)."""
     edges = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     return np.column_stack([edges[:, [0, 2]].mean(axis=1), edges[:, [1, 3]].mean(axis=1)])
 
 
 def yaw_of(corners: Array) -> Array:
-    """Yaw (n,) in (−180°, 180°], in radians, of the mark in the plate frame, by corners (n, 4, 2) ordered by identity.
+    """Returns the yaw (n,), rad, in (−180°, 180°] of the mark in the plate, by corners (n, 4, 2) ordered by identity.
 
     The identity makes it unambiguous: the corners are the mark's (−, +), (+, +), (+, −), (−, −), as in
     `shared.geometry.mark_corners`, however the block is turned.
@@ -92,7 +95,9 @@ class MarkShape:
 
 
 def mark_shape(corners: Array) -> MarkShape:
-    """The shape of a session's mark, from all its corners (n, 4, 2): medians, so that lost corners do not decide it.
+    """Returns the shape of a session's mark, from all its corners (n, 4, 2).
+
+    It consists of medians, so that lost corners do not decide it.
 
     A square mark has no short side; its own x, known by its identity, then takes the part of X̂.
     """
@@ -106,7 +111,7 @@ def mark_shape(corners: Array) -> MarkShape:
 
 
 def local_x_axis(yaw_rad: ArrayLike, *, short_is_y: bool = False) -> Array:
-    """Direction (n,) of the paper's X̂ in the plate, in radians, in (−90°, 90°].
+    """Returns the direction (n,) of the paper's X̂ in the plate, in radians, in (−90°, 90°].
 
     X̂ lies along the mark's short side and points along the camera's positive x, so that it is always on the same
     line of the mark, but flips its direction as the mark turns.
@@ -116,7 +121,9 @@ def local_x_axis(yaw_rad: ArrayLike, *, short_is_y: bool = False) -> Array:
 
 
 def paper_direction(slide_rad: ArrayLike, *, x_axis_rad: ArrayLike) -> Array:
-    """Direction (n,) of the slide against X̂, in [0°, 180°), in radians: what pointed to a negative Ŷ is mirrored.
+    """Returns the direction (n,) of the slide against X̂, in [0°, 180°), in radians.
+
+    A direction that points to a negative Ŷ is mirrored.
 
     The mirror is the paper's, point by point: a direction and its opposite become one, so one-way friction is lost.
     """
@@ -126,5 +133,5 @@ def paper_direction(slide_rad: ArrayLike, *, x_axis_rad: ArrayLike) -> Array:
 
 
 def turn(angle_rad: ArrayLike) -> Array:
-    """Angles (n,) brought to [0°, 360°), in radians."""
+    """Returns angles (n,) brought to [0°, 360°), in radians."""
     return np.asarray(angle_rad, dtype=float) % FULL_TURN

@@ -26,7 +26,7 @@ Draw = Callable[[Pair], Figure]
 
 
 def picture(draw: Draw, pair: Pair, *, caption: Caption) -> bytes:
-    """A figure as the bytes of a PNG."""
+    """Returns a figure as the bytes of a PNG."""
     with style():
         return png_of(draw(pair), caption)
 
@@ -51,20 +51,20 @@ LEAST_MARGIN_DEG, LEAST_RANGE_DEG = 1.0, 0.5
 
 
 def radians_beside(axes: Any) -> None:
-    """A second scale in radians, which the paper has, at the right of an axis in degrees."""
+    """Adds a second scale in radians, which the paper has, at the right of an axis in degrees."""
     beside = axes.secondary_yaxis("right", functions=(np.radians, np.degrees))
     beside.set_ylabel("rad")
 
 
 def settle_radius(axes: Any, *, top: float) -> None:
-    """A polar plot's radius from 0 to `top`, with few enough numbers to be read."""
+    """Sets a polar plot's radius from 0 to `top`, with few enough numbers to be read."""
     axes.set_rlim(0, top)
     axes.yaxis.set_major_locator(MaxNLocator(_RINGS, prune="both"))
     axes.tick_params(axis="y", labelsize=6.0)
 
 
 def image_size_px(slides: Slides) -> tuple[int, int]:
-    """Width and height of the image: the paper's 600 × 600, or more where corners were seen beyond."""
+    """Returns the width and height of the image: the paper's 600 × 600, or more where corners were seen beyond."""
     seen = np.concatenate([slides.pre_px.reshape(-1, 2), slides.post_px.reshape(-1, 2)])
     seen = seen[np.isfinite(seen).all(axis=1)]
     reach = seen.max(axis=0) if len(seen) else np.zeros(2)
@@ -78,5 +78,5 @@ def nothing_to_draw(axes: Any, sentence: str) -> None:
 
 
 def centres_px(corners: Array) -> Array:
-    """Centres (n, 2) of marks with corners (n, 4, 2)."""
+    """Returns centres (n, 2) of marks with corners (n, 4, 2)."""
     return corners.mean(axis=1)

@@ -61,7 +61,7 @@ class Flags:
         return self.slid & ~self.flagged
 
     def names(self, row: int) -> tuple[str, ...]:
-        """The filters that flagged one slide."""
+        """Returns the filters that flagged one slide."""
         return tuple(name for name, flags in self.by_filter.items() if flags[row])
 
 
@@ -97,7 +97,7 @@ def filter_slides(slides: Slides, *, opening: Opening | None = None) -> Flags:
 
 
 def _far(values: Array, counted: NDArray[np.bool_]) -> Bools:
-    """True (n,) for values more than three standard deviations from the mean of the counted ones."""
+    """Returns true (n,) for values more than three standard deviations from the mean of the counted ones."""
     counted = np.broadcast_to(counted, values.shape)
     if counted.sum() < 2:
         return np.zeros(values.shape, dtype=bool)
@@ -106,7 +106,10 @@ def _far(values: Array, counted: NDArray[np.bool_]) -> Bools:
 
 
 def grazes(slides: Slides, *, opening: Opening) -> Bools:
-    """Slides that ran along the foam or into it at an end at which the block touches it (n,); unknown places do not."""
+    """Marks slides that ran along the foam or into it at an end at which the block touches it (n,).
+
+    Unknown places are not marked.
+    """
     centre = np.array([opening.x_m, opening.y_m])
     before, after = slides.pre_m - centre, slides.post_m - centre
     moved = (after - before).mean(axis=1)
@@ -126,12 +129,12 @@ def _outward(corners: Array, moved: Array) -> Array:
 
 
 def touching(corners: Array, radius_m: float) -> Bools:
-    """Blocks (n,) that touch the foam or lie in it; corners (n, 4, 2) from the opening's centre."""
+    """Marks blocks (n,) that touch the foam or lie in it; corners (n, 4, 2) from the opening's centre."""
     return foam.Opening(radius_m=radius_m).touches(corners)
 
 
 def count(flags: Flags) -> FilterCounts:
-    """The row of Table III."""
+    """Returns the row of Table III."""
     by_filter = {name: int(flagged.sum()) for name, flagged in flags.by_filter.items()}
     return FilterCounts(
         samples=int(flags.slid.sum()),

@@ -74,7 +74,10 @@ _LONGEST_S = 3600.0
 
 
 def _golden(score: Callable[[Array], Array], low: Array, high: Array) -> tuple[Array, Array]:
-    """The least of a function with one valley between two points: where, and how much; for several valleys, (k,)."""
+    """Returns the least of a function with one valley between two points: where, and how much.
+
+    For several valleys, both are (k,).
+    """
     golden = 0.5 * (5.0**0.5 - 1.0)
     left, right = high - golden * (high - low), low + golden * (high - low)
     at_left, at_right = score(left), score(right)
@@ -174,11 +177,11 @@ class _Fit:
         self.basis = np.linalg.qr(nuisance)[0]
 
     def _clear(self, values: Array) -> Array:
-        """Values (…, n) without what the nuisance explains."""
+        """Returns values (…, n) without what the nuisance explains."""
         return values - (values @ self.basis) @ self.basis.T
 
     def _chi2(self, residual: Array) -> Array:
-        """χ² (…,) of residuals (…, n)."""
+        """Returns χ² (…,) of residuals (…, n)."""
         rest = self._clear(residual)
         return (rest * rest).sum(axis=-1) / self.sigma_m**2
 
@@ -186,7 +189,7 @@ class _Fit:
         return float(self._chi2(self.path))
 
     def best(self) -> _Best:
-        """The slide by the model that the data support."""
+        """Returns the slide by the model that the data support."""
         plain = self._plain()
         t0, chi2 = self._minimum(lambda at: self.free(at)[0])
         mu_k = float(self.free(t0)[1])
@@ -198,13 +201,13 @@ class _Fit:
     # --- the plain slider ----------------------------------------------------------------------------------------
 
     def way(self, angle_rad: ArrayLike) -> Array:
-        """Places (…, n), m, at the frames, of plain sliders with these friction angles (…,)."""
+        """Returns places (…, n), m, at the frames, of plain sliders with these friction angles (…,)."""
         loads = self.loads
         speed = loads.speed(self.along * np.tan(angle_rad), along=self.along)
         return loads.at_frames(loads.integral(speed))
 
     def _plain(self) -> _Best:
-        """A look at angles all over the range, golden sections beside the best, and a step along the slope."""
+        """Looks at angles all over the range, by golden sections beside the best, then takes a step along the slope."""
         theta = self.loads.theta
         angles = np.linspace(float(theta.min()), float(theta.max()) + _BEYOND_RAD, _ANGLES)
         near = int(np.argmin(self._chi2(self.path - self.way(angles))))
@@ -227,7 +230,7 @@ class _Fit:
     # --- with a kinetic friction of its own ------------------------------------------------------------------------
 
     def free(self, t0: ArrayLike) -> tuple[Array, Array]:
-        """χ² and mu_k with mu_k free, below its value for the plain slider and not negative."""
+        """Returns χ² and mu_k with mu_k free, below its value for the plain slider and not negative."""
         loads = self.loads
         residual, drag = self.path - self.along * loads.since(loads.drive, t0), loads.since(loads.press, t0)
         seen = -self._clear(drag)
@@ -237,7 +240,7 @@ class _Fit:
         return self._chi2(residual + mu_k[..., None] * drag), mu_k
 
     def _free(self, t0: float, mu_k: float, chi2: float) -> _Best:
-        """The slide from t0 on; its angle changes with t0 as fast as the plate tilts then."""
+        """Returns the slide from t0 on; its angle changes with t0 as fast as the plate tilts then."""
         loads, theta = self.loads, float(self.loads.tilt(t0))
         jump = GRAVITY_M_S2 * (self.along * np.sin(theta) - mu_k * np.cos(theta))
         drag, ramp = self._clear(loads.since(loads.press, t0)), self._clear(np.maximum(self.t - t0, 0.0))
@@ -248,7 +251,7 @@ class _Fit:
         return _Best(t0, loads.resting_tilt(t0), mu_k, chi2, way, by_time / max(rate, 1e-9))
 
     def _minimum(self, score: Callable[[Array], Array]) -> tuple[float, float]:
-        """A grid, a finer one around its best point, then golden sections there.
+        """Searches a grid, a finer one around its best point, then by golden sections there.
 
         While the plate is held, χ² hardly depends on t0, so the best point may lie a whole hold away from a deep and
         narrow valley just before or after it: both ends of the hold are tried as well.
@@ -268,7 +271,10 @@ class _Fit:
     # --- its error ---------------------------------------------------------------------------------------------------
 
     def sigma_rad(self, best: _Best, *, scatter: float, clock_sigma_s: float) -> float:
-        """Standard error of the angle: of noise that each frame has anew, and of what all of a slide's have alike."""
+        """Returns the standard error of the angle.
+
+        It is that of noise that each frame has anew, and of what all frames of a slide have alike.
+        """
         length = max(float(np.linalg.norm(best.slope)), 1e-9)
         alike = np.stack([WAY_SHARE * best.way, clock_sigma_s * np.gradient(best.way, self.t)]) @ best.slope / length
         return float(np.hypot(scatter * self.sigma_m, np.linalg.norm(alike)) / length)

@@ -53,25 +53,25 @@ class Loads:
         return Twice(once, twice, self.at_frames(twice))
 
     def integral(self, values: Array) -> Array:
-        """The integral (…, n) over time of `values` (…, n), of any unit, on the grid from its beginning."""
+        """Returns the integral (…, n) over time of `values` (…, n), of any unit, on the grid from its beginning."""
         means = 0.5 * self.step_s * (values[..., 1:] + values[..., :-1])
         return np.concatenate([np.zeros((*values.shape[:-1], 1)), np.cumsum(means, axis=-1)], axis=-1)
 
     def at_frames(self, values: Array) -> Array:
-        """The `values` (…, n) on the grid, of any unit, read off at the frames (…, m)."""
+        """Returns the `values` (…, n) on the grid, of any unit, read off at the frames (…, m)."""
         position = np.clip((self.frames_s - self.grid[0]) / self.step_s, 0.0, len(self.grid) - 1.0)
         before = np.minimum(position.astype(np.int64), len(self.grid) - 2)
         return values[..., before] + (position - before) * (values[..., before + 1] - values[..., before])
 
     def since(self, what: Twice, t0: ArrayLike) -> Array:
-        """∫∫ from each t0 (…,) to each frame, (…, n); zero before t0."""
+        """Returns ∫∫ from each t0 (…,) to each frame, (…, n); zero before t0."""
         start = np.asarray(t0, dtype=np.float64)[..., None]
         passed = self.frames_s - start
         from_start = np.interp(start, self.grid, what.twice) + passed * np.interp(start, self.grid, what.once)
         return np.where(passed > 0, what.at_frames - from_start, 0.0)
 
     def speed(self, mu: ArrayLike, *, along: float) -> Array:
-        """Speed (…, n), m/s, on the grid, of a block that friction mu (…,) holds, lets go and slows down.
+        """Returns the speed (…, n), m/s, on the grid, of a block that friction mu (…,) holds, lets go and slows down.
 
         Its impulse since it last lay still: the integral of the pull, less the lowest value that this had so far.
         """
@@ -79,17 +79,20 @@ class Loads:
         return pulled - np.minimum.accumulate(pulled, axis=-1)
 
     def tilt(self, t: ArrayLike) -> Array:
-        """θ (…,), rad, at each t (…,), s."""
+        """Returns θ (…,), rad, at each t (…,), s."""
         return np.interp(np.asarray(t, dtype=np.float64), self.grid, self.theta)
 
     def resting_tilt(self, t: float) -> float:
-        """The tilt, rad, at which a plate at rest loads a resting block as this one does at t."""
+        """Returns the tilt, rad, at which a plate at rest loads a resting block as this one does at t."""
         theta, (rate, faster) = float(self.tilt(t)), self._turning(t)
         drive = GRAVITY_M_S2 * np.sin(theta) + rate * rate * self.ahead_m
         return float(np.arctan2(drive, GRAVITY_M_S2 * np.cos(theta) - faster * self.ahead_m))
 
     def _turning(self, t: float) -> tuple[float, float]:
-        """θ′ and θ″ at t by the parabola through the readings around it; less of θ″ where their noise could be it."""
+        """Returns θ′ and θ″ at t by the parabola through the readings around it.
+
+        θ″ is smaller where the readings' noise could be it.
+        """
         away = np.abs(self.readings_s - t)
         near = away <= max(AROUND_S, float(np.sort(away)[min(LEAST_READINGS, len(away)) - 1]))
         powers = np.vander(self.readings_s[near] - t, 3, increasing=True)
@@ -98,11 +101,13 @@ class Loads:
         return float(rate), 2.0 * float(bend) * max(1.0 - (noise / max(abs(float(bend)), 1e-12)) ** 2, 0.0)
 
     def _noise_rad(self) -> float:
-        """The noise (rad) of the tilt's readings, by their third differences, which hold √20 of it."""
+        """Returns the noise (rad) of the tilt's readings, by their third differences, which hold √20 of it."""
         return float(np.median(np.abs(np.diff(self.readings_rad, 3)))) / (0.6745 * np.sqrt(20.0))
 
     def begin(self, mu: float, *, along: float) -> float:
-        """The time, s, at which friction mu lets the slide in the last frame begin: the last moment at rest before it.
+        """Returns the time, s, at which friction mu lets the slide in the last frame begin.
+
+        It is the last moment at rest before that frame.
 
         A plate that stops its turning can shake the block by less than a step of it, and hold it again.
         """
@@ -110,7 +115,7 @@ class Loads:
         return float(self.grid[resting[-1]]) if len(resting) else float(self.grid[0])
 
     def tilt_sigma_rad(self, t: float) -> float:
-        """The error (rad) of the curve through the tilt's readings, from how abruptly that bends there.
+        """Returns the error (rad) of the curve through the tilt's readings, from how abruptly that bends there.
 
         A corner midway between two readings changes the bend from nothing to half of its own, and is cut by half of
         that; where the bend changes little the curve is right.
@@ -121,7 +126,7 @@ class Loads:
 
 
 def hermite(x: Array, y: Array, slopes: Array, *, at: Array) -> Array:
-    """The cubic Hermite curve through y (n,) with these slopes (n,) at rising x (n,), read off at points (m,).
+    """Returns the cubic Hermite curve through y (n,) with these slopes (n,) at rising x (n,), read off at points (m,).
 
     It is what `scipy.interpolate.CubicHermiteSpline` gives, bit for bit: to load that package takes a third of a
     second, which every command that measures would pay.

@@ -54,7 +54,7 @@ class Pair:
 
 
 def pairs_of(sessions: Iterable[Session], *, opening: Opening | None = None) -> tuple[Pair, ...]:
-    """The surface pairs of all sessions by name; one object on one plate is one pair, from however many files."""
+    """Gives the surface pairs of all sessions by name; one object on one plate is one pair, from however many files."""
     found: defaultdict[tuple[str, str], list[Session]] = defaultdict(list)
     for session in sessions:
         groups: defaultdict[tuple[str, str], list[Sample]] = defaultdict(list)

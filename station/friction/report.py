@@ -45,7 +45,10 @@ def html_report(
     first: Sequence[ReportTable] = (),
     notes: Sequence[str] = (),
 ) -> str:
-    """The page; `pictures` are by the pair's name. The `notes` and the tables `first` stand before everything else."""
+    """Returns the page; `pictures` are by the pair's name.
+
+    The `notes` and the tables `first` stand before everything else.
+    """
     samples = sum(len(result.pair.samples) for result in results)
     files = f"{len(sources)} files" if len(sources) > 1 else "1 file"
     lead = f"{samples} samples of {len(results)} surface pair{'s' * (len(results) > 1)} from {files}: "
@@ -60,13 +63,13 @@ def html_report(
 
 
 def html_conclusions(name: str, notes: Sequence[Note]) -> str:
-    """A pair's sentences as a list under its name; findings are marked."""
+    """Returns a pair's sentences as a list under its name; findings are marked."""
     items = "\n".join(f'<li class="{_CLASS[note.finding]}">{escape(note.text)}</li>' for note in notes)
     return f"<h2>{escape(name)}</h2>\n<ul>\n{items}\n</ul>"
 
 
 def html_table(table: ReportTable) -> str:
-    """A table with its title and note."""
+    """Returns a table with its title and note."""
     rows = [[escape(cell) for cell in row] for row in table.rows]
     return pieces.table(table.columns, rows, caption=table.title, note=table.note)
 
@@ -76,12 +79,12 @@ def _figures(pair: Pair, pictures: Sequence[Picture]) -> str:
 
 
 def html_figure(pair: Pair, picture: Picture) -> str:
-    """A pair's figure with its caption, the image inside."""
+    """Returns a pair's figure with its caption, the image inside."""
     return bitmap(picture.png, caption_of(picture.kind, pair), alt=f"{pair.name}: {picture.kind.name}")
 
 
 def caption_of(kind: FigureKind, pair: Pair) -> Caption:
-    """The caption of a pair's figure, with the number of its samples."""
+    """Returns the caption of a pair's figure, with the number of its samples."""
     slid = int(np.count_nonzero(pair.flags.slid))
     kept = int(np.count_nonzero(pair.flags.kept))
     return Caption(

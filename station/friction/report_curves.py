@@ -19,7 +19,7 @@ _LEVEL = 0.05
 
 
 def curve_tables(results: Sequence[PairResult]) -> tuple[ReportTable, ...]:
-    """The tables of all pairs that have a limit curve."""
+    """Returns the tables of all pairs that have a limit curve."""
     fits = [(result.pair.name, result.limit_curve) for result in results if result.limit_curve is not None]
     return (_curves_table(fits), _kinds_table(fits), _scatter_table(fits)) if fits else ()
 

@@ -17,20 +17,20 @@ class ReportTable:
 
 
 def number(value: float, form: str) -> str:
-    """A number, or a dash for none; a percentage has a space before its sign."""
+    """Returns a number, or a dash for none; a percentage has a space before its sign."""
     return "–" if math.isnan(value) else format(value, form).replace("%", " %")
 
 
 def percent(share: float, digits: int = 1) -> str:
-    """A share in percent for a sentence."""
+    """Returns a share in percent for a sentence."""
     return number(share, f".{digits}%")
 
 
 def chance(p: float) -> str:
-    """A p-value for a table."""
+    """Returns a p-value for a table."""
     return "< 1e-99" if p < 1e-99 else number(p, ".2g")
 
 
 def p_is(p: float) -> str:
-    """A p-value for a sentence."""
+    """Returns a p-value for a sentence."""
     return f"p {chance(p)}" if p < 1e-99 else f"p = {chance(p)}"

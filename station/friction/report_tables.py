@@ -14,7 +14,7 @@ from station.friction.robust import ALTERNATIVES
 
 
 def tables(results: Sequence[PairResult]) -> tuple[ReportTable, ...]:
-    """All tables, in the order in which they are read."""
+    """Returns all tables, in the order in which they are read."""
     return (
         _filter_table(results),
         _alternatives_table(results),
@@ -42,7 +42,7 @@ def _filter_table(results: Sequence[PairResult]) -> ReportTable:
 
 
 def _applicable_filters(result: PairResult) -> set[str]:
-    """The filters that could judge any slide of a pair."""
+    """Returns the filters that could judge any slide of a pair."""
     return {name for name, applicable in result.pair.flags.applicable.items() if applicable.any()}
 
 

@@ -61,7 +61,7 @@ class PairResult:
 
 
 def summarise(slides: Slides) -> Summary:
-    """The summary of slides, which should be the kept ones."""
+    """Returns the summary of slides, which should be the kept ones."""
     theta, theta_sd = _moments(slides.theta_rad)
     mu, mu_sd = _moments(slides.mu)
     return Summary(len(slides), theta, theta_sd, mu, mu_sd)
@@ -73,7 +73,7 @@ def _moments(values: Array) -> tuple[float, float]:
 
 
 def analyse(pairs: Sequence[Pair], *, rng: np.random.Generator) -> tuple[PairResult, ...]:
-    """The results of all pairs, in their order; p-values are adjusted for all the tests that were made."""
+    """Returns the results of all pairs, in their order; p-values are adjusted for all the tests that were made."""
     results = [_result(pair, rng) for pair in pairs]
     adjusted = iter(holm([test for result in results for test in _tests(result) if test is not None]))
     # In the order in which they were collected: each pair's two tests, those that were possible.
@@ -111,7 +111,7 @@ def _test(kept: Slides, relation: Relation, rng: np.random.Generator) -> Anisotr
 
 
 def with_limit_curves(results: Sequence[PairResult], *, rng: np.random.Generator) -> tuple[PairResult, ...]:
-    """The results with the limit curve of each pair, which takes about as long as everything else together."""
+    """Returns the results with the limit curve of each pair, which takes about as long as everything else together."""
     found: list[PairResult] = []
     for result in results:
         curve, why_not = _limit_curve(result.pair, rng)
@@ -127,7 +127,10 @@ def _limit_curve(pair: Pair, rng: np.random.Generator) -> tuple[LimitCurveFit | 
 
 
 def limit_curve_table(results: Sequence[PairResult]) -> dict[str, Any]:
-    """The contents of `limit_curves.json`: for each pair its fit (`LimitCurveFit.as_dict`), or why there is none."""
+    """Returns the contents of `limit_curves.json`.
+
+    For each pair it has its fit (`LimitCurveFit.as_dict`), or why there is none.
+    """
     return {
         "version": 1,
         "pairs": [

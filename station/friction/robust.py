@@ -24,7 +24,7 @@ ALTERNATIVES = ("angle_mad", "circumference_mad", "multivariate", "leaning")
 
 
 def robust_flags(slides: Slides, *, opening: Opening | None = None) -> Flags:
-    """Flags by the alternatives.
+    """Returns the flags by the alternatives.
 
     `angle_mad` and `circumference_mad` stand for the paper's angle and circumference; `multivariate` looks at theta,
     distance and both circumferences together; `leaning` is every block that touched the foam before it slid, which
@@ -75,7 +75,7 @@ def _outlying(slides: Slides, known: Bools) -> Bools:
 
 
 def robust_distance2(points: Array) -> Array:
-    """Squared Mahalanobis distance (n,) of points (n, p) by the orthogonalised Gnanadesikan-Kettenring estimate.
+    """Gives squared Mahalanobis distances (n,) of points (n, p) by the orthogonalised Gnanadesikan-Kettenring estimate.
 
     Like the MCD it is scaled so that the median distance is that of normal data.
     """
@@ -97,5 +97,5 @@ def robust_distance2(points: Array) -> Array:
 
 
 def _chi2_beyond(tail: float, df: int) -> float:
-    """The value that chi-squared with `df` degrees of freedom exceeds with the probability `tail`."""
+    """Returns the value that chi-squared with `df` degrees of freedom exceeds with the probability `tail`."""
     return float(chdtri(df, tail))

@@ -30,7 +30,7 @@ _LEAST_SLIDE_PX = 1e-6
 
 
 def counted(number: int) -> str:
-    """A number of samples in words: "1 sample", "2 samples"."""
+    """Returns a number of samples in words: "1 sample", "2 samples"."""
     return f"{number} sample" if number == 1 else f"{number} samples"
 
 
@@ -87,7 +87,7 @@ class Slides:
         return np.round(self.azimuth_rad / (math.pi / 2)).astype(np.int64) % 4
 
     def where(self, chosen: Bools) -> Slides:
-        """The rows that are chosen (n,)."""
+        """Returns the rows that are chosen (n,)."""
         return Slides(**{name: getattr(self, name)[chosen] for name in _COLUMNS}, shape=self.shape)
 
 
@@ -99,7 +99,7 @@ def _circumference(corners: Array) -> Array:
 
 
 def slides_of(samples: Sequence[Sample], geometry: CameraGeometry | None = None) -> Slides:
-    """The columns of one session's samples.
+    """Returns the columns of one session's samples.
 
     Without a calibration the camera is taken to look straight down with its x along the plate's: directions and angles
     then are still there, places on the plate are not. A sample without corners has no sliding direction; its theta is
@@ -148,14 +148,14 @@ def _corners(samples: Sequence[Sample], name: str) -> Array:
 
 
 def _on_plate(corners_px: Array, geometry: CameraGeometry | None) -> Array:
-    """Corners in a frame with the plate's axes: metres with a calibration, pixels without."""
+    """Returns corners in a frame with the plate's axes: metres with a calibration, pixels without."""
     if geometry is None:
         return corners_px * np.array([1.0, -1.0])
     return corners_on_plate(corners_px.reshape(-1, 2), geometry).reshape(-1, 4, 2)
 
 
 def _outline(corners_m: Array, samples: Sequence[Sample], geometry: CameraGeometry | None) -> Array:
-    """The block's own corners: those of its mark, moved outwards where the block is known to be larger."""
+    """Returns the block's own corners: those of its mark, moved outwards where the block is known to be larger."""
     if geometry is None or geometry.marker_side_m <= 0:
         return np.full_like(corners_m, np.nan)
     side = np.sqrt(_column(samples, lambda s: s.block_area_m2))
@@ -165,7 +165,7 @@ def _outline(corners_m: Array, samples: Sequence[Sample], geometry: CameraGeomet
 
 
 def joined(parts: Sequence[Slides]) -> Slides:
-    """Several sessions of one pair as one.
+    """Returns several sessions of one pair as one.
 
     Raises:
         ValueError: for no session at all.

@@ -23,7 +23,7 @@ def made_by(command: str) -> Generator[None]:
 
 
 def command(default: str = "") -> str:
-    """The command of the page that is being written, or else the default.
+    """Returns the command of the page that is being written, or else the default.
 
     Raises:
         LookupError: outside of `made_by`, if there is no default.
@@ -32,7 +32,7 @@ def command(default: str = "") -> str:
 
 
 def command_line(*words: object, **options: object) -> str:
-    """The words and options as they are typed in a shell; options that are None or False are left out."""
+    """Returns the words and options as they are typed in a shell; options that are None or False are left out."""
     typed = [shlex.quote(str(word)) for word in words]
     for name, value in options.items():
         if value is None or value is False:

@@ -34,10 +34,10 @@ _STYLE: dict[str, Any] = {
 
 
 def style() -> Any:
-    """The matplotlib context in which figures are drawn and saved."""
+    """Returns the matplotlib context in which figures are drawn and saved."""
     return mpl.rc_context(_STYLE)  # pyright: ignore[reportArgumentType]  # its keys are typed as literals
 
 
 def new_figure(*, width_in: float = 9.0, height_in: float = 3.2) -> Any:
-    """An empty figure."""
+    """Returns an empty figure."""
     return Figure(figsize=(width_in, height_in), layout="constrained", facecolor="white")

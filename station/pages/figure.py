@@ -31,12 +31,12 @@ def kept_in(folder: Path | None) -> Generator[None]:
 
 
 def figure(drawing: str, caption: Caption) -> str:
-    """A drawing, which is HTML already, with its caption: every figure of every page is made here."""
+    """Returns a drawing, which is HTML already, with its caption: every figure of every page is made here."""
     return f"<figure>{drawing}{caption.html}</figure>"
 
 
 def drawn(drawing: Any, caption: Caption, *, name: str, alt: str) -> str:
-    """A matplotlib figure as vectors inside the page; `name` is unique in it, `alt` is for screen readers.
+    """Returns a matplotlib figure as vectors inside the page; `name` is unique in it, `alt` is for screen readers.
 
     Raises:
         UserError: if it is to be kept in a folder (`kept_in`) that cannot be written to.
@@ -47,13 +47,13 @@ def drawn(drawing: Any, caption: Caption, *, name: str, alt: str) -> str:
 
 
 def bitmap(png: bytes, caption: Caption, *, alt: str) -> str:
-    """A figure as the bytes of a PNG inside the page."""
+    """Returns a figure as the bytes of a PNG inside the page."""
     data = base64.b64encode(png).decode("ascii")
     return figure(f'<img src="data:image/png;base64,{data}" alt="{escape(alt)}">', caption)
 
 
 def png_of(drawing: Any, caption: Caption) -> bytes:
-    """A matplotlib figure as the bytes of a PNG, with its caption in it."""
+    """Returns a matplotlib figure as the bytes of a PNG, with its caption in it."""
     made = io.BytesIO()
     drawing.savefig(made, format="png", metadata={"Description": caption.text}, dpi=DOTS_PER_INCH)
     return made.getvalue()

@@ -36,7 +36,7 @@ class Moving:
 def moving_figure(
     blocks: Sequence[Moving], *, size_m: tuple[float, float], lasts_s: float, shown_s: float, caption: Caption
 ) -> str:
-    """The drawing with its caption as HTML.
+    """Returns the drawing with its caption as HTML.
 
     Args:
         blocks: what moves; the first lies under the others.
@@ -63,7 +63,7 @@ def moving_figure(
 
 
 def _scale(middle: Array, reach: float) -> str:
-    """A bar of a round length at the lower left of a picture, given its `middle` (2,) and half its width, mm."""
+    """Gives a bar of a round length at the lower left of a picture, given its `middle` (2,) and half its width, mm."""
     room = 0.5 * reach
     ten = 10.0 ** math.floor(math.log10(room))
     length = max(one * ten for one in (1, 2, 5) if one * ten <= room)
@@ -99,7 +99,10 @@ def _drawn(block: Moving, *, size_m: tuple[float, float], lasts_s: float, shown_
 
 
 def _moments(block: Moving, lasts_s: float) -> Array:
-    """Moments (n,), s, from 0 to the end, at which the drawing has the block's pose: most of them while it moves."""
+    """Returns moments (n,), s, from 0 to the end, at which the drawing has the block's pose.
+
+    Most of them are while it moves.
+    """
     inside = (block.time_s >= 0.0) & (block.time_s <= lasts_s)
     time_s, place = block.time_s[inside], block.pose[inside, :2]
     even = np.linspace(0.0, lasts_s, _EVEN)

@@ -56,5 +56,5 @@ $body
 
 
 def whole_page(*, title: str, body: str, style: str = "") -> str:
-    """The page; `body` is HTML, and `style` are rules of its own that come after the common ones."""
+    """Returns the page; `body` is HTML, and `style` are rules of its own that come after the common ones."""
     return _PAGE.substitute(title=escape(title), body=body, style=style)

@@ -7,7 +7,7 @@ from html import escape
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], *, caption: str = "", note: str = "") -> str:
-    """An HTML table of cells that are HTML already; head, caption and the note below it are plain text."""
+    """Returns an HTML table of cells that are HTML already; head, caption and the note below it are plain text."""
     title = f"<caption>{escape(caption)}</caption>" if caption else ""
     top = "".join(f"<th>{escape(word)}</th>" for word in head)
     body = "\n".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
@@ -16,16 +16,16 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], *, caption: str = 
 
 
 def section(title: str, *parts: str, name: str) -> str:
-    """A section; `name` is its anchor."""
+    """Returns a section; `name` is its anchor."""
     return f'<section id="{name}"><h2>{escape(title)}</h2>{"".join(parts)}</section>'
 
 
 def paragraph(text: str, *, kind: str = "") -> str:
-    """A paragraph of plain text."""
+    """Returns a paragraph of plain text."""
     return f'<p class="{kind}">{escape(text)}</p>' if kind else f"<p>{escape(text)}</p>"
 
 
 def made_with(command: str, *, notes: str = "") -> str:
-    """The foot of a page: notes on what stands on it, and the command that makes it again."""
+    """Returns the foot of a page: notes on what stands on it, and the command that makes it again."""
     first = paragraph(notes) if notes else ""
     return f"<footer>{first}<p>Made by <code>{escape(command)}</code></p></footer>"

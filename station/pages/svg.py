@@ -9,7 +9,7 @@ from typing import Any
 
 
 def inline(figure: Any, *, name: str, alt: str) -> str:
-    """The figure as an <svg> element with ids of its own and `alt` as its text for screen readers."""
+    """Returns the figure as an <svg> element with ids of its own and `alt` as its text for screen readers."""
     text = io.StringIO()
     figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
     drawing = text.getvalue()
@@ -22,7 +22,10 @@ def inline(figure: Any, *, name: str, alt: str) -> str:
 
 
 def _own_ids(drawing: str, name: str) -> str:
-    """The drawing with `name` before each id; matplotlib repeats equal markers' ids, of which only the first stays."""
+    """Returns the drawing with `name` before each id.
+
+    Matplotlib repeats the ids of equal markers, of which only the first stays.
+    """
     seen: set[str] = set()
 
     def renamed(match: re.Match[str]) -> str:

@@ -32,72 +32,74 @@ class Between(Effect):
             setattr(self, name, getattr(effect, name))
 
     def acts_through(self) -> frozenset[str]:
-        """The methods of the effect itself."""
+        """Returns the methods of the effect itself."""
         return self._effect.acts_through()
 
     def is_null(self, values: Values) -> bool:
-        """True if both have the same numbers, or the effect vanishes in both."""
+        """Returns true if both have the same numbers, or the effect vanishes in both."""
         nowhere = self._effect.is_null(values) and self._effect.is_null(self._there)
         return nowhere or dict(values) == self._there
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
-        """The ratio (n,) of both factors."""
+        """Returns the ratio (n,) of both factors."""
         there = np.maximum(self._effect.friction(contact, self._there), LEAST)
         return self._effect.friction(contact, values) / there
 
     def steering(self, contact: Contact, values: Values) -> Array | float:
-        """The ratio (n,) of both factors on the curve that steers."""
+        """Returns the ratio (n,) of both factors on the curve that steers."""
         there = np.maximum(self._effect.steering(contact, self._there), LEAST)
         return self._effect.steering(contact, values) / there
 
     def unturned(self, contact: Contact, values: Values) -> Array | float:
-        """The ratio (n,) of both factors beside a moment."""
+        """Returns the ratio (n,) of both factors beside a moment."""
         there = np.maximum(self._effect.unturned(contact, self._there), LEAST)
         return self._effect.unturned(contact, values) / there
 
     def push(self, contact: Contact, values: Values) -> Array | None:
-        """The difference (n, 3) of both pushes, m/s²."""
+        """Returns the difference (n, 3) of both pushes, m/s²."""
         return _less(self._effect.push(contact, values), self._effect.push(contact, self._there))
 
     def spin(self, contact: Contact, values: Values) -> Array | float:
-        """The difference (n,), rad/s²."""
+        """Returns the difference (n,), rad/s²."""
         return self._effect.spin(contact, values) - self._effect.spin(contact, self._there)
 
     def lever(self, contact: Contact, values: Values) -> Array | float:
-        """The difference (n,), m."""
+        """Returns the difference (n,), m."""
         return self._effect.lever(contact, values) - self._effect.lever(contact, self._there)
 
     def lead(self, contact: Contact, values: Values) -> Array | float:
-        """The difference (n,), widths of the sole."""
+        """Returns the difference (n,), widths of the sole."""
         return self._effect.lead(contact, values) - self._effect.lead(contact, self._there)
 
     def attitude(self, contact: Contact, values: Values) -> Array | None:
-        """The difference (n, 3) of both rotation vectors, rad."""
+        """Returns the difference (n, 3) of both rotation vectors, rad."""
         return _less(self._effect.attitude(contact, values), self._effect.attitude(contact, self._there))
 
     def delay_s(self, values: Values) -> float:
-        """The difference, s."""
+        """Returns the difference, s."""
         return self._effect.delay_s(values) - self._effect.delay_s(self._there)
 
     def arm_delay_s(self, values: Values) -> float:
-        """The difference, s."""
+        """Returns the difference, s."""
         return self._effect.arm_delay_s(values) - self._effect.arm_delay_s(self._there)
 
     def creep(self, contact: Contact, values: Values) -> Array | None:
-        """The difference (n, 2), m/s."""
+        """Returns the difference (n, 2), m/s."""
         return _less(self._effect.creep(contact, values), self._effect.creep(contact, self._there))
 
     def seen(self, view: View, values: Values) -> Array | None:
-        """The difference (n, 4, 2), m."""
+        """Returns the difference (n, 4, 2), m."""
         return _less(self._effect.seen(view, values), self._effect.seen(view, self._there))
 
     def mass(self, contact: Contact, values: Values) -> Array | None:
-        """The difference (n, 3), widths of the sole."""
+        """Returns the difference (n, 3), widths of the sole."""
         return _less(self._effect.mass(contact, values), self._effect.mass(contact, self._there))
 
 
 def between(recording: Model, simulation: Model) -> Model:
-    """The model that turns a simulator with `simulation`'s friction into one with `recording`'s; its mu_s is a factor.
+    """Returns the model that turns a simulator with `simulation`'s friction into one with `recording`'s.
+
+    Its mu_s is a factor.
 
     An effect that one of the two lacks is at its null there.
     """
@@ -118,7 +120,7 @@ def _by_id(model: Model) -> Mapping[str, Term]:
 
 
 def _shapes(effect: Effect, values: Values) -> dict[str, float]:
-    """The shapes of the side that has the effect: they mean nothing at the null."""
+    """Returns the shapes of the side that has the effect: they mean nothing at the null."""
     return {one.name: values[one.name] for one in effect.parameters if one.is_shape}
 
 

@@ -25,7 +25,7 @@ Catalogue = Mapping[str, Effect]
 
 
 def catalogue(folders: Iterable[Path] = ()) -> Catalogue:
-    """All effects by id: ours, then those of each folder in its order; an effect is one file with one subclass.
+    """Returns all effects by id: ours, then those of each folder in its order; an effect is one file with one subclass.
 
     Raises:
         UserError: if a folder is missing, a file cannot be imported or holds no complete effect, or an id comes twice.
@@ -47,7 +47,7 @@ class PhysicsSettings:
 
 
 def effect_folders(table: Table) -> tuple[Path, ...]:
-    """The folders that a `[physics]` table names, relative to its rig file.
+    """Returns the folders that a `[physics]` table names, relative to its rig file.
 
     Raises:
         UserError: naming file, line and key of what is wrong; for folders that no file on disk names, such as those
@@ -57,12 +57,12 @@ def effect_folders(table: Table) -> tuple[Path, ...]:
 
 
 def catalogue_of_table(table: Table) -> Catalogue:
-    """Our effects and those of the folders that a `[physics]` table names; raises as `catalogue` does."""
+    """Returns our effects and those of the folders that a `[physics]` table names; raises as `catalogue` does."""
     return catalogue(effect_folders(table))
 
 
 def confused(known: Catalogue, name: str) -> frozenset[str]:
-    """The effects that the standard protocol cannot tell from this one, whichever of the two says so."""
+    """Returns the effects that the standard protocol cannot tell from this one, whichever of the two says so."""
     others = {other.id for other in known.values() if name in other.confounded_with}
     return frozenset(others | set(known[name].confounded_with))
 
@@ -96,7 +96,7 @@ def _imported(path: Path) -> ModuleType:
 
 
 def effect_in(file: str) -> Effect:
-    """The effect in a Python file, which another process can unpickle without knowing the folder.
+    """Returns the effect in a Python file, which another process can unpickle without knowing the folder.
 
     Raises:
         UserError: as `catalogue` does.

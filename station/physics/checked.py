@@ -11,7 +11,7 @@ from shared.errors import UserError
 
 
 def a_table(value: object, where: str) -> Mapping[str, Any]:
-    """The value, if it is a table; raises `UserError` otherwise."""
+    """Returns the value, if it is a table; raises `UserError` otherwise."""
     if not isinstance(value, Mapping):
         raise UserError(f"Expected a table for {where}, got {value!r}")
     return value  # pyright: ignore[reportUnknownVariableType]: what a parsed file holds
@@ -27,7 +27,7 @@ def only(table: Mapping[str, Any], allowed: set[str], where: str) -> None:
 
 
 def number(value: object, name: str, valid: Callable[[float], bool], expected: str) -> float:
-    """The value as a float, if it is a number that `valid` accepts; raises `UserError` otherwise."""
+    """Returns the value as a float, if it is a number that `valid` accepts; raises `UserError` otherwise."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not _holds(value, valid):
         raise UserError(f"Expected {expected} for {name}, got {value!r}")
     return float(value)
@@ -41,7 +41,7 @@ def _holds(value: float, valid: Callable[[float], bool]) -> bool:
 
 
 def numbers(values: object, name: str) -> list[float]:
-    """The values as floats; raises `UserError` unless they are a list of finite numbers."""
+    """Returns the values as floats; raises `UserError` unless they are a list of finite numbers."""
     if not isinstance(values, list):
         raise UserError(f"Expected a list of numbers for {name}, got {values!r}")
     return [number(value, name, math.isfinite, "finite numbers") for value in values]  # pyright: ignore[reportUnknownVariableType]: what a parsed file holds

@@ -8,7 +8,7 @@ from station.physics.contact import Array
 
 
 def cos_sin(angle_rad: Array) -> tuple[Array, Array]:
-    """Cosine and sine (n,) of `angle_rad` (n,), rad, to 3e-16.
+    """Returns cosine and sine (n,) of `angle_rad` (n,), rad, to 3e-16.
 
     They follow from the tangent of half the angle, t, as (1 − t²) / (1 + t²) and 2t / (1 + t²). NumPy has the tangent
     in vector instructions where it leaves sine and cosine, which it wants to the last bit, to the C library: both take

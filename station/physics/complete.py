@@ -12,7 +12,7 @@ _CHOICES = (("layer", get_args(Layer)), ("family", get_args(Family)))
 
 
 def fault_of(effect: type[Effect]) -> str | None:
-    """The fault of an incomplete effect, as what was expected and what came; None if the class is complete."""
+    """Returns the fault of an incomplete effect, as what was expected and what came; None if the class is complete."""
     for name in _TEXTS:
         value = getattr(effect, name, None)
         if not isinstance(value, str) or not value.strip():

@@ -78,15 +78,18 @@ class Contact:
         return len(self.run)
 
     def chosen(self, rows: NDArray[np.int64]) -> Contact:
-        """The moments with the indices `rows` (m,); an index may repeat."""
+        """Returns the moments with the indices `rows` (m,); an index may repeat."""
         return Contact(**{each.name: getattr(self, each.name)[rows] for each in fields(self)})
 
     def facing(self, way_rad: Array) -> Contact:
-        """The same contacts with other directions of sliding `way_rad` (n,), rad in P."""
+        """Returns the same contacts with other directions of sliding `way_rad` (n,), rad in P."""
         return _other(self, way_rad=way_rad)
 
     def changed(self, **changed: Array) -> Contact:
-        """The same contacts with some fields `changed`: `dataclasses.replace` would forget all that was worked out."""
+        """Returns the same contacts with some fields `changed`.
+
+        `dataclasses.replace` would forget all that was worked out.
+        """
         return _other(self, **changed)
 
     @cached_property
@@ -152,7 +155,7 @@ class View:
     image_size_m: float
 
     def of(self, point_m: Array) -> View:
-        """The same view of a mark whose true corners are at `point_m` (n, 4, 2), m, in P."""
+        """Returns the same view of a mark whose true corners are at `point_m` (n, 4, 2), m, in P."""
         return _other(self, point_m=point_m)
 
     @cached_property
@@ -176,7 +179,10 @@ FOLLOWING = {
 
 
 def _other(one: T, **changed: Array) -> T:
-    """A copy with some fields `changed`, without what follows from them; all else that was worked out stays known."""
+    """Returns a copy with some fields `changed`, without what follows from them.
+
+    All else that was worked out stays known.
+    """
     other: T = object.__new__(type(one))
     known = vars(other)
     known.update(vars(one), **changed)
@@ -187,10 +193,13 @@ def _other(one: T, **changed: Array) -> T:
 
 
 def middle(point_m: Array) -> Array:
-    """The means (n, 2), m, of the points `point_m` (n, k, 2), m; NumPy's own takes six times as long for so few."""
+    """Returns the means (n, 2), m, of the points `point_m` (n, k, 2), m.
+
+    NumPy's own takes six times as long for so few.
+    """
     return np.einsum("nki->ni", point_m) / point_m.shape[1]
 
 
 def unit(angle_rad: Array) -> Array:
-    """Unit vectors (n, 2) of the angles `angle_rad` (n,), rad."""
+    """Returns unit vectors (n, 2) of the angles `angle_rad` (n,), rad."""
     return columns(np.cos(angle_rad), np.sin(angle_rad))

@@ -43,5 +43,5 @@ READ: Mapping[str, Callable[[Contact], Array]] = MappingProxyType(
 
 
 def covariates_of(contact: Contact) -> Mapping[str, Array]:
-    """All covariates (n,) by name, also those that are unknown or do not vary."""
+    """Returns all covariates (n,) by name, also those that are unknown or do not vary."""
     return {name: read(contact) for name, read in READ.items()}

@@ -26,7 +26,9 @@ _FARTHEST_RAD = 1.5
 
 
 def support(model: Model, contact: Contact, way_rad: Array) -> tuple[Array, Array, Array]:
-    """Friction h (n,) against slides along `way_rad` (n,), rad in P, the force across, its derivative, relative to N.
+    """Returns the friction h (n,) against slides along `way_rad` (n,), rad in P, relative to N.
+
+    It also returns the force across and its derivative, relative to N as well.
 
     By maximum dissipation they are the support function, h′ and h″.
     """
@@ -39,7 +41,7 @@ def support(model: Model, contact: Contact, way_rad: Array) -> tuple[Array, Arra
 
 
 def support_slope(model: Model, contact: Contact, way_rad: Array) -> Array:
-    """The force across the directions `way_rad` (n,), rad in P, relative to N: h′ (n,) by maximum dissipation."""
+    """Gives the force across the directions `way_rad` (n,), rad in P, relative to N: h′ (n,) by maximum dissipation."""
     behind, ahead = (contact.facing(way_rad + turn) for turn in (-STEP_RAD, STEP_RAD))
     slope = (model.steering(ahead) - model.steering(behind)) / (2 * STEP_RAD)
     if model.is_dissipative:
@@ -49,13 +51,13 @@ def support_slope(model: Model, contact: Contact, way_rad: Array) -> Array:
 
 
 def _steered(model: Model, contact: Contact, way_rad: Array) -> tuple[Array, Array, Array]:
-    """The curve that steers (n,), and its two derivatives."""
+    """Returns the curve that steers (n,), and its two derivatives."""
     behind, here, ahead = (model.steering(contact.facing(way_rad + turn)) for turn in _TURNS)
     return here, (ahead - behind) / (2 * STEP_RAD), (ahead - 2 * here + behind) / STEP_RAD**2
 
 
 def threshold(model: Model, contact: Contact, load_rad: Array) -> tuple[Array, Array]:
-    """The largest ratio T/N (n,) that holds against a load in direction `load_rad`, and the direction (n,) of the slip.
+    """Returns the largest T/N (n,) that holds against a load in direction `load_rad`, and the slip's direction (n,).
 
     The direction is the minimum over φ of s(φ) / cos(φ − load), found by Newton's method in a bracket from the load's
     own direction; an isotropic model needs no search.
@@ -76,18 +78,23 @@ def threshold(model: Model, contact: Contact, load_rad: Array) -> tuple[Array, A
 
 
 def held_along(model: Model, contact: Contact, load_rad: Array, way_rad: Array) -> Array:
-    """The ratio T/N (n,) that holds against a load a block that can only slide along one way.
+    """Returns the ratio T/N (n,) that holds against a load a block that can only slide along one way.
 
-    The load is in direction `load_rad` (n,), and the way is `way_rad` (n,), both rad in P. Along the direction in which
-    another model's block slips it is the threshold of a model near that one, to first order in their difference: by
-    maximum dissipation the threshold is a minimum over the directions, and never above it. Of friction that opposes the
-    motion alone a fortieth of that order is missed where an effect is a tenth.
+    Along the direction in which another model's block slips it is the threshold of a model near that one, to first
+    order in their difference: by maximum dissipation the threshold is a minimum over the directions, and never above
+    it. Of friction that opposes the motion alone a fortieth of that order is missed where an effect is a tenth.
+
+    Args:
+        model: the model that holds.
+        contact: the blocks.
+        load_rad: (n,) the direction of the load, rad in P.
+        way_rad: (n,) the way, rad in P.
     """
     return model.friction(contact.facing(way_rad)) / np.cos(way_rad - load_rad)
 
 
 def _rise(off: Array, curve: tuple[Array, Array, Array]) -> tuple[Array, Array]:
-    """The first and second derivative (n,) of ln (s / cos) by the offset (n,) from the load's direction.
+    """Returns the first and second derivative (n,) of ln (s / cos) by the offset (n,) from the load's direction.
 
     In u = tan(off) the function is convex for any convex curve: it has one minimum, also where the curve has a corner
     or a straight part.

@@ -64,76 +64,81 @@ class Effect(ABC):
     """True if the law is the first terms of a series, which leaves a part of anything that it stands for."""
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
-        """Factor m (n,) on the limit curve's support function at `way_rad`; 1 at the null. At least 0."""
+        """Returns the factor m (n,) on the limit curve's support function at `way_rad`; 1 at the null. At least 0."""
         del contact, values
         return 1.0
 
     def steering(self, contact: Contact, values: Values) -> Array | float:
-        """Factor s (n,) on the curve that steers: the force across the way is h N (ln s)′, and −h N that against it.
+        """Returns the factor s (n,) on the curve that steers.
+
+        The force across the way is h N (ln s)′, and −h N that against it.
 
         It is m by the principle of maximum dissipation, and 1 where friction always opposes the motion.
         """
         return self.friction(contact, values)
 
     def unturned(self, contact: Contact, values: Values) -> Array | float:
-        """Factor (n,) on the friction of a block at rest that the moment of `lever` acts on beside it.
+        """Returns the factor (n,) on the friction of a block at rest that the moment of `lever` acts on beside it.
 
         It is m without what the moment takes of it, which a simulator that turns blocks finds by itself.
         """
         return self.friction(contact, values)
 
     def push(self, contact: Contact, values: Values) -> Array | None:
-        """Force per mass on the block beyond gravity and friction (n, 3), m/s², in P; a positive z lifts it."""
+        """Gives the force per mass on the block beyond gravity and friction (n, 3), m/s², in P; positive z lifts it."""
         del contact, values
         return None
 
     def spin(self, contact: Contact, values: Values) -> Array | float:
-        """Angular acceleration (n,), rad/s², of the sliding block about the plate's normal, other than by friction."""
+        """Gives the angular acceleration (n,), rad/s², of a sliding block about P's normal, other than by friction."""
         del contact, values
         return 0.0
 
     def lever(self, contact: Contact, values: Values) -> Array | float:
-        """Arm (n,), m, with which the friction f of the sliding block turns it: k² ω′ = f · lever, k² = area / 6."""
+        """Returns the arm (n,), m, with which the friction f of the sliding block turns it.
+
+        It is the lever in k² ω′ = f · lever, with k² = area / 6.
+        """
         del contact, values
         return 0.0
 
     def lead(self, contact: Contact, values: Values) -> Array | float:
-        """The lead (n,) of the pressure on a sliding block over its mass, in widths of the sole; see `sole`."""
+        """Returns the lead (n,) of the pressure on a sliding block over its mass, in widths of the sole; see `sole`."""
         del contact, values
         return 0.0
 
     def attitude(self, contact: Contact, values: Values) -> Array | None:
-        """Rotation vector (n, 3), rad, in P, that turns the plate from where the arm reports it to where it is."""
+        """Gives the rotation vector (n, 3), rad in P that turns the plate from where it is reported to where it is."""
         del contact, values
         return None
 
     def delay_s(self, values: Values) -> float:
-        """The delay of the camera's stamps, s: how much later than the truth they read."""
+        """Returns the delay of the camera's stamps, s: how much later than the truth they read."""
         del values
         return 0.0
 
     def arm_delay_s(self, values: Values) -> float:
-        """The part of that delay, s, by which the arm's stamps are early: other sensors have it as well."""
+        """Returns the part of that delay, s, by which the arm's stamps are early: other sensors have it as well."""
         del values
         return 0.0
 
     def arm_m(self, values: Values) -> Array | None:
-        """Arm (3,), m in P, from the plate's true pivot to the configured one: `push` has what it does."""
+        """Returns the arm (3,), m in P, from the plate's true pivot to the configured one: `push` has what it does."""
         del values
         return None
 
     def creep(self, contact: Contact, values: Values) -> Array | None:
-        """Velocity (n, 2), m/s, in P, of the irreversible motion of a block below its onset."""
+        """Returns the velocity (n, 2), m/s, in P, of the irreversible motion of a block below its onset."""
         del contact, values
         return None
 
     def seen(self, view: View, values: Values) -> Array | None:
-        """Displacement (n, 4, 2), m, in P, of the corners' images from the truth."""
+        """Returns the displacement (n, 4, 2), m, in P, of the corners' images from the truth."""
         del view, values
         return None
 
     def mass(self, contact: Contact, values: Values) -> Array | None:
-        """Place (n, 3) of the centre of mass from the sole's middle, in the block's frame, in widths of the sole.
+        """Returns the place (n, 3) of the centre of mass from the sole's middle, in the block's frame, in sole widths.
 
         The plain block is flat: its mass lies in the sole.
         """
@@ -141,12 +146,15 @@ class Effect(ABC):
         return None
 
     def shaking(self, contact: Contact, values: Values) -> Array | float:
-        """Standard deviation (n,), m/s², of a random push along the slope at the onset, drawn once a run."""
+        """Gives the standard deviation (n,), m/s², of a random push along the slope at the onset, drawn once a run."""
         del contact, values
         return 0.0
 
     def derived(self, contact: Contact, values: Values) -> Mapping[str, tuple[float, str]]:
-        """Quantities that these states determine where single numbers trade off: value and unit by description."""
+        """Returns quantities that these states determine where single numbers trade off.
+
+        They map a description to value and unit.
+        """
         del contact, values
         return {}
 
@@ -155,34 +163,36 @@ class Effect(ABC):
         return isinstance(other, Effect) and other.id == self.id
 
     def __hash__(self) -> int:
-        """The hash of the id."""
+        """Returns the hash of the id."""
         return hash(self.id)
 
     def __repr__(self) -> str:
-        """The expression that makes an equal effect."""
+        """Returns the expression that makes an equal effect."""
         return f"{type(self).__name__}()"
 
     # --- about the effect -----------------------------------------------------------------------------------------
 
     def neutral(self) -> dict[str, float]:
-        """The values at which the effect vanishes."""
+        """Returns the values at which the effect vanishes."""
         return {parameter.name: parameter.neutral for parameter in self.parameters}
 
     def is_null(self, values: Values) -> bool:
-        """True if the effect vanishes exactly at these values."""
+        """Returns true if the effect vanishes exactly at these values."""
         return all(values[parameter.name] == parameter.null for parameter in self.parameters if not parameter.is_shape)
 
     def acts_through(self) -> frozenset[str]:
-        """The names of the methods that it overrides."""
+        """Returns the names of the methods that it overrides."""
         return _overridden(type(self))
 
     def idle(self, contact: Contact) -> frozenset[str]:
-        """The shapes that runs with these onsets cannot determine at any size; they stay at their first start."""
+        """Gives the shapes that runs with these onsets cannot determine at any size; they stay at their first start."""
         del contact
         return frozenset()
 
     def why_untestable(self, contact: Contact) -> str | None:
-        """The reason, in one sentence, why the runs with these onsets cannot show the effect; None if there is none.
+        """Returns the reason, in one sentence, why the runs with these onsets cannot show the effect.
+
+        It is None if there is none.
 
         It is for what every analysis must know beforehand (no second mass, no other angle sensor). What the design's
         numbers imply the diagnosis finds by itself.

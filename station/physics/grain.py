@@ -37,7 +37,7 @@ PARAMETERS = (
 
 
 def grain(angle_rad: Array, values: Values) -> Array:
-    """The factor h (n,) on friction for slides at angles φ, `angle_rad` (n,), rad, from the grain's own axis."""
+    """Gives the factor h (n,) on friction for slides at angles φ, `angle_rad` (n,), rad, from the grain's own axis."""
     size = math.hypot(values["cos2"], values["sin2"])
     from_axis = angle_rad - 0.5 * math.atan2(values["sin2"], values["cos2"])
     if values["shape"] == ELLIPSE:
@@ -54,14 +54,14 @@ class _Grain:
     folds: int = 2
 
     def radius(self, angle_rad: Array) -> Array:
-        """r (n,) at angles (n,)."""
+        """Returns r (n,) at angles (n,)."""
         wave = np.cos(2.0 * angle_rad)
         if abs(self.shape) <= _FLAT:
             return np.exp(0.5 * self.size * wave)
         return (math.cosh(self.shape * self.size) + math.sinh(self.shape * self.size) * wave) ** (0.5 / self.shape)
 
     def slopes(self, angle_rad: Array) -> tuple[Array, Array]:
-        """d ln r / dψ and d² ln r / dψ² (n,)."""
+        """Returns d ln r / dψ and d² ln r / dψ² (n,)."""
         wave, across = cos_sin(2.0 * angle_rad)
         even, odd = math.cosh(self.shape * self.size), math.sinh(self.shape * self.size)
         over_shape = odd / self.shape if abs(self.shape) > _FLAT else self.size
@@ -74,7 +74,7 @@ _FLAT = 1e-6
 
 
 def _convex(shape: float, size: float) -> float:
-    """The nearest shape for which a grain of this size is convex; an ellipse always is."""
+    """Returns the nearest shape for which a grain of this size is convex; an ellipse always is."""
     if NEARLY_FLAT * _largest(shape) >= size:
         return shape
 
@@ -86,7 +86,10 @@ def _convex(shape: float, size: float) -> float:
 
 
 def _largest(shape: float) -> float:
-    """The largest size of a convex curve: artanh(p / (2 + p)) / p, from 1 + (ln r)′² − (ln r)″ ≥ 0 at the waist."""
+    """Returns the largest size of a convex curve.
+
+    It is artanh(p / (2 + p)) / p, from 1 + (ln r)′² − (ln r)″ ≥ 0 at the waist.
+    """
     if shape <= ELLIPSE + _FLAT:
         return _ANY
     return 0.5 if abs(shape) <= _FLAT else math.atanh(shape / (2.0 + shape)) / shape

@@ -35,25 +35,25 @@ class Held(Protocol):
         ...
 
     def radius(self, angle_rad: Array) -> Array:
-        """r (n,) at `angle_rad` (n,), rad, from its axis."""
+        """Returns r (n,) at `angle_rad` (n,), rad, from its axis."""
         ...
 
     def slopes(self, angle_rad: Array) -> tuple[Array, Array]:
-        """d ln r / dψ and d² ln r / dψ² (n,) at ψ, `angle_rad` (n,), rad, from its axis."""
+        """Returns d ln r / dψ and d² ln r / dψ² (n,) at ψ, `angle_rad` (n,), rad, from its axis."""
         ...
 
     def __hash__(self) -> int: ...
 
 
 def support_of(held: Held, angle_rad: Array) -> Array:
-    """The support function h (n,) for slides at angles φ, `angle_rad` (n,), rad, from the curve's axis."""
+    """Returns the support function h (n,) for slides at angles φ, `angle_rad` (n,), rad, from the curve's axis."""
     period = 2.0 * np.pi / held.folds
     return _table(held)(np.abs(angle_rad - period * np.round(angle_rad / period)))
 
 
 @lru_cache(maxsize=64)
 def _table(held: Held) -> CubicHermiteSpline:
-    """The support function as a spline, from the axis to half its period, where it is mirrored."""
+    """Returns the support function as a spline, from the axis to half its period, where it is mirrored."""
     angle = np.linspace(0.0, np.pi / held.folds, NODES)
     off = _off(held, angle)
     radius = held.radius(angle + off)
@@ -61,7 +61,7 @@ def _table(held: Held) -> CubicHermiteSpline:
 
 
 def _off(held: Held, angle_rad: Array) -> Array:
-    """The offset ψ − φ (n,) of the largest r(ψ) cos(φ − ψ), by Newton's method in a bracket."""
+    """Returns the offset ψ − φ (n,) of the largest r(ψ) cos(φ − ψ), by Newton's method in a bracket."""
     bracket = Bracket.around(len(angle_rad), _FARTHEST_RAD)
     for _ in range(_STEPS):
         tangent = np.tan(bracket.at)

@@ -16,6 +16,7 @@ from station.physics.contact import Array, Contact, View
 from station.physics.effect import HOOKS, Effect, Values
 from station.physics.smooth import Unnamed
 from station.physics.smooth_table import smooth_of_tables, table_of_smooth
+from station.physics.sole import carried_across
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +27,7 @@ class Term:
     values: Values
 
     def with_values(self, **values: float) -> Term:
-        """The same effect with some values changed."""
+        """Returns the same effect with some values changed."""
         return Term(self.effect, {**self.values, **values})
 
 
@@ -39,7 +40,7 @@ class Model:
     terms: tuple[Term, ...] = field(default=())
 
     def acting(self, hook: str) -> tuple[Term, ...]:
-        """The terms that act through a method of `Effect` and are not at their null."""
+        """Returns the terms that act through a method of `Effect` and are not at their null."""
         return self._acting[hook]
 
     @cached_property
@@ -57,7 +58,7 @@ class Model:
         return bool(self.acting("spin") or self.acting("lever"))
 
     def friction(self, contact: Contact) -> Array:
-        """The limit curve's support function h (n,) at `way_rad`, before the scatter."""
+        """Returns the limit curve's support function h (n,) at `way_rad`, before the scatter."""
         total = np.full(len(contact), float(self.mu_s))
         for term in self.acting("friction"):
             total *= term.effect.friction(contact, term.values)
@@ -69,29 +70,33 @@ class Model:
         return all(type(term.effect).steering is Effect.steering for term in self.acting("friction"))
 
     def steering(self, contact: Contact) -> Array:
-        """The curve (n,) whose slope turns a slide, see `Effect.steering`."""
+        """Returns the curve (n,) whose slope turns a slide, see `Effect.steering`."""
         total = np.full(len(contact), float(self.mu_s))
         for term in self.acting("friction"):
             total *= term.effect.steering(contact, term.values)
         return total
 
     def push(self, contact: Contact) -> Array:
-        """Sum of the pushes (n, 3), m/s²."""
+        """Returns the sum of the pushes (n, 3), m/s²."""
         return _sum((term.effect.push(contact, term.values) for term in self.acting("push")), (len(contact), 3))
 
     def spin(self, contact: Contact) -> Array:
-        """Sum of the angular accelerations (n,), rad/s²."""
+        """Returns the sum of the angular accelerations (n,), rad/s²."""
         return _sum((term.effect.spin(contact, term.values) for term in self.acting("spin")), (len(contact),))
 
     def lever(self, contact: Contact) -> Array:
-        """Sum of the arms (n,), m, with which friction turns the block."""
+        """Returns the sum of the arms (n,), m, with which friction turns the block."""
         return _sum((term.effect.lever(contact, term.values) for term in self.acting("lever")), (len(contact),))
 
     def moment(self, contact: Contact, along: Array, across: Array | float = 0.0) -> Array:
-        """The moment per mass (n,), m²/s², of a friction that acts beside the mass, as `lever` says.
+        """Returns the moment per mass (n,), m²/s², of a friction that acts beside the mass, as `lever` says.
 
-        Of its force per mass, m/s², `along` (n,) is against the way and `across` (n,) to the right of it: friction that
-        differs by the direction pulls a block across, and turns it with the other part of the arm.
+        Friction that differs by the direction pulls a block across, and turns it with the other part of the arm.
+
+        Args:
+            contact: the blocks.
+            along: (n,) friction per mass against the way, m/s².
+            across: (n,) friction per mass to the right of the way, m/s².
         """
         total = along * self.lever(contact)
         if self.acting("lever") and np.any(across):
@@ -99,16 +104,33 @@ class Model:
         return total
 
     def lead(self, contact: Contact) -> Array:
-        """The pressure's lead (n,), widths of the sole, see `station.physics.sole`."""
+        """Returns the pressure's lead (n,), widths of the sole, see `station.physics.sole`."""
         return _sum((term.effect.lead(contact, term.values) for term in self.acting("lead")), (len(contact),))
 
+    @property
+    def carries(self) -> bool:
+        """True if friction may act before the mass."""
+        return bool(self.acting("lead") or self.acting("lever"))
+
+    def carried(self, contact: Contact, *, yaw_rate_rad_s: Array | float, speed_m_s: Array) -> Array:
+        """Returns the share (n,) of friction that acts across the way, to the right, on a block that turns to the left.
+
+        Friction acts before the mass by the lead of the pressure, and by the arm's part along the way. The blocks turn
+        at `yaw_rate_rad_s` (n,), rad/s, or all at one rate, and slide at `speed_m_s` (n,), m/s.
+        """
+        side_m = np.sqrt(contact.area_m2)
+        ahead_m = self.lead(contact) * side_m
+        if self.acting("lever"):
+            ahead_m = ahead_m - self.lever(contact.facing(contact.way_rad + np.pi / 2))
+        return carried_across(ahead_m, side_m, yaw_rate_rad_s=yaw_rate_rad_s, speed_m_s=speed_m_s)
+
     def attitude(self, contact: Contact) -> Array:
-        """Sum of the rotation vectors (n, 3), rad."""
+        """Returns the sum of the rotation vectors (n, 3), rad."""
         turns = (term.effect.attitude(contact, term.values) for term in self.acting("attitude"))
         return _sum(turns, (len(contact), 3))
 
     def creep(self, contact: Contact) -> Array:
-        """Sum of the velocities below the onset (n, 2), m/s."""
+        """Returns the sum of the velocities below the onset (n, 2), m/s."""
         creeping = self.acting("creep")
         if creeping and np.any(np.isnan(contact.spare_m_s2)):
             own = np.isnan(contact.spare_m_s2)
@@ -116,34 +138,34 @@ class Model:
         return _sum((term.effect.creep(contact, term.values) for term in creeping), (len(contact), 2))
 
     def _spare_m_s2(self, contact: Contact) -> Array:
-        """The reserve (n,), m/s², of the model's friction beyond gravity and pushes, on a plate that does not move."""
+        """Returns the reserve (n,), m/s², of the model's friction beyond gravity and pushes, on a plate at rest."""
         push = self.push(contact)
         pull = contact.pulling_m_s2 + contact.down[:, 0] * push[:, 0] + contact.down[:, 1] * push[:, 1]
         return self.friction(contact) * (contact.pressing_m_s2 - push[:, 2]) - pull
 
     def seen(self, view: View) -> Array:
-        """Sum of the apparent displacements (n, 4, 2), m."""
+        """Returns the sum of the apparent displacements (n, 4, 2), m."""
         return _sum((term.effect.seen(view, term.values) for term in self.acting("seen")), view.point_m.shape)
 
     def shaking(self, contact: Contact) -> Array:
-        """Standard deviation (n,), m/s², of the sum of the random pushes."""
+        """Returns the standard deviation (n,), m/s², of the sum of the random pushes."""
         each = (np.square(term.effect.shaking(contact, term.values)) for term in self.acting("shaking"))
         return np.sqrt(_sum(each, (len(contact),)))
 
     def delay_s(self) -> float:
-        """The delay of the camera's stamps, s: the sum of all effects'."""
+        """Returns the delay of the camera's stamps, s: the sum of all effects'."""
         return sum(term.effect.delay_s(term.values) for term in self.acting("delay_s"))
 
     def arm_delay_s(self) -> float:
-        """The part of it by which the arm's stamps are early, s."""
+        """Returns the part of it by which the arm's stamps are early, s."""
         return sum(term.effect.arm_delay_s(term.values) for term in self.acting("delay_s"))
 
     def arm_m(self) -> Array:
-        """The arm (3,), m, from the plate's true pivot to the configured one."""
+        """Returns the arm (3,), m, from the plate's true pivot to the configured one."""
         return _sum((term.effect.arm_m(term.values) for term in self.acting("push")), (3,))
 
     def with_term(self, term: Term) -> Model:
-        """The model with one more term, or with the term of that effect replaced."""
+        """Returns the model with one more term, or with the term of that effect replaced."""
         others = tuple(known for known in self.terms if known.effect.id != term.effect.id)
         return replace(self, terms=(*others, term))
 
@@ -160,7 +182,7 @@ def _sum(parts: Iterable[Array | float | None], shape: tuple[int, ...]) -> Array
 
 
 def model_of_table(table: Mapping[str, Any], known: Catalogue) -> Model:
-    """The model that a parsed model.toml describes.
+    """Returns the model that a parsed model.toml describes.
 
         [friction]
         mu_s = 0.36
@@ -189,7 +211,7 @@ def model_of_table(table: Mapping[str, Any], known: Catalogue) -> Model:
 
 
 def table_of_model(model: Model) -> dict[str, Any]:
-    """The tables of model.toml."""
+    """Returns the tables of model.toml."""
     named = [term for term in model.terms if not isinstance(term.effect, Unnamed)]
     table: dict[str, Any] = {
         "friction": {"mu_s": model.mu_s, "scatter": model.scatter},

@@ -24,11 +24,11 @@ class Bracket:
 
     @classmethod
     def around(cls, count: int, farthest: float) -> Bracket:
-        """Brackets (count,) from −farthest to farthest, which begin in their middles."""
+        """Returns brackets (count,) from −farthest to farthest, which begin in their middles."""
         return cls(np.full(count, -farthest), np.full(count, farthest), np.zeros(count), np.full(count, np.inf))
 
     def narrowed(self, value: Array, slope: Array) -> Bracket:
-        """The narrower bracket from the functions' `value` (n,) and `slope` (n,) at `at`, in the functions' own units.
+        """Returns the narrower bracket from the functions' `value` (n,) and `slope` (n,) at `at`, in their units.
 
         A value's sign says on which side the zero lies, also where Newton's step is worthless; the next place is
         Newton's if that is inside and the steps at least halve, else the middle (Press et al. 2007, section 9.4).
@@ -41,5 +41,5 @@ class Bracket:
         return Bracket(low, high, at, np.abs(at - self.at))
 
     def settled(self, within: float) -> bool:
-        """True if no place has moved by `within` or more."""
+        """Returns true if no place has moved by `within` or more."""
         return bool(np.max(self.moved, initial=0.0) < within)

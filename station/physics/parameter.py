@@ -57,5 +57,5 @@ class Parameter:
         return f"a number from {self.low:g} to {self.high:g}{'' if self.unit == '1' else f' {self.unit}'}"
 
     def clipped(self, value: float) -> float:
-        """The nearest value within the bounds."""
+        """Returns the nearest value within the bounds."""
         return min(max(value, self.low), self.high)

@@ -23,28 +23,39 @@ LEAST_TURNS = 2
 
 
 def rising(time_s: Array, tilt_rad: Array, at_s: Array) -> Array:
-    """The tilt's sign of change (m,) at times `at_s` (m,), s: +1 at first, its last sign at rest.
+    """Returns the tilt's sign of change (m,): +1 at first, its last sign at rest.
 
-    It is told from the readings `tilt_rad` (n,), rad, at the times `time_s` (n,), s, ascending.
+    Args:
+        time_s: (n,) the times of the readings, s, ascending.
+        tilt_rad: (n,) the readings of the tilt, rad.
+        at_s: (m,) the times asked for, s.
     """
     change = np.interp(at_s + NEAR_S, time_s, tilt_rad) - np.interp(at_s - NEAR_S, time_s, tilt_rad)
     return last_sign(change, STILL_RAD)
 
 
 def last_sign(change: Array, still_rad: float) -> Array:
-    """The sign (n,) of each change (n,), or of the last one before it beyond `still_rad`; +1 before there was any."""
+    """Returns the sign (n,) of each change (n,), or of the last one before it beyond `still_rad`.
+
+    It is +1 before there was any.
+    """
     sign = np.where(np.abs(change) > still_rad, np.sign(change), 0.0)
     moved = np.maximum.accumulate(np.where(sign != 0, np.arange(len(sign)), -1))
     return np.where(moved >= 0, sign[np.maximum(moved, 0)], 1.0)
 
 
 def turned_at(tilt_rad: Array, sign: Array, *, before_rad: float) -> tuple[Array, Array]:
-    """The tilt (n,), rad, at which it last turned round, and the SWINGS swings before (n, SWINGS), rad, the last first.
+    """Gives the tilt (n,), rad, at which it last turned round, and the swings before (n, SWINGS), rad, the last first.
 
-    `tilt_rad` (n,), rad, goes on in the directions `sign` (n,), +1 or −1; a turn lies at the farthest that it had come
-    the other way. A swing back that is gone through again leaves no trace, as in a play operator and in rainflow
-    counting (Krasnosel'skii & Pokrovskii 1989): both of its turns are forgotten. Before the directions change for the
-    first time the tilt of the turn is `before_rad`; a swing that is not known is infinite.
+    A turn lies at the farthest that the tilt had come the other way. A swing back that is gone through again leaves no
+    trace, as in a play operator and in rainflow counting (Krasnosel'skii & Pokrovskii 1989): both of its turns are
+    forgotten. Before the directions change for the first time the tilt of the turn is `before_rad`; a swing that is not
+    known is infinite.
+
+    Args:
+        tilt_rad: (n,) the tilt, rad.
+        sign: (n,) the directions in which it goes on, +1 or −1.
+        before_rad: the tilt of the turn before the first change, rad.
     """
     ends = [*(np.flatnonzero(np.diff(sign)) + 1).tolist(), len(tilt_rad)]
     turned, swing = np.full(len(tilt_rad), before_rad), np.full((len(tilt_rad), SWINGS), np.inf)
@@ -59,13 +70,13 @@ def turned_at(tilt_rad: Array, sign: Array, *, before_rad: float) -> tuple[Array
 
 
 def swings(turns_rad: Sequence[float]) -> Array:
-    """The last swings (SWINGS,), rad, the last first, between turns at these tilts; infinite before the first."""
+    """Gives the last swings (SWINGS,), rad, the last first, between turns at these tilts; infinite before the first."""
     known = np.abs(np.diff(turns_rad[-SWINGS - 1 :]))[::-1]
     return np.concatenate([known, np.full(SWINGS - len(known), np.inf)])
 
 
 def _gone_through(turns: list[float], ahead_rad: Array, sign: float) -> Iterator[tuple[int, int]]:
-    """The parts of a way, as begin and end, with the same last turn; those that are gone through leave `turns`.
+    """Yields the parts of a way, as begin and end, with the same last turn; those that are gone through leave `turns`.
 
     `ahead_rad` (n,), rad, is the tilt times its direction, `sign`.
     """

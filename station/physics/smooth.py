@@ -49,7 +49,7 @@ class Form(ABC):
 
     @abstractmethod
     def of(self, values: Array) -> Array:
-        """The functions (n, size) of a covariate's values (n,); 0 where a value is unknown."""
+        """Returns the functions (n, size) of a covariate's values (n,); 0 where a value is unknown."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,7 +69,7 @@ class Harmonics(Form):
         return "harmonic " + "+".join(str(k) for k in sorted({k for _, k in self.waves}))
 
     def of(self, values: Array) -> Array:
-        """The waves (n, size), in their order, of the angles `values` (n,), rad; 0 where one is unknown."""
+        """Returns the waves (n, size), in their order, of the angles `values` (n,), rad; 0 where one is unknown."""
         known = np.isfinite(values)
         angle = np.where(known, values, 0.0)
         waves = [WAVES[wave](k * angle) for wave, k in self.waves]
@@ -99,7 +99,10 @@ class Powers(Form):
         return f"degree {self.degree}"
 
     def of(self, values: Array) -> Array:
-        """The powers (n, degree), from the first on, of a covariate's `values` (n,), in its unit; 0 if unknown."""
+        """Returns the powers (n, degree), from the first on, of a covariate's `values` (n,), in its unit.
+
+        They are 0 where unknown.
+        """
         known = np.where(np.isfinite(values), values, self.middle)
         scaled = np.clip((known - self.middle) / self.spread, -FARTHEST, FARTHEST)
         # Products take a tenth of the time of powers above the second.
@@ -126,7 +129,7 @@ class Swings(Form):
         return f"{self.often:g} swings"
 
     def of(self, values: Array) -> Array:
-        """Cosine and sine (n, 2) for a covariate's `values` (n,) in its own unit; 0 where one is unknown."""
+        """Returns cosine and sine (n, 2) for a covariate's `values` (n,) in its own unit; 0 where one is unknown."""
         known = np.isfinite(values)
         phase = 2 * np.pi * self.often * (np.where(known, values, self.low) - self.low) / self.width
         return np.where(known[:, None], columns(np.cos(phase), np.sin(phase)), 0.0)
@@ -141,12 +144,12 @@ class ByRun:
     value: Array
 
     def __call__(self, contact: Contact) -> Array:
-        """The value (n,) of each moment's run; nan for a run without one."""
+        """Returns the value (n,) of each moment's run; nan for a run without one."""
         place = np.minimum(np.searchsorted(self.run, contact.run), len(self.run) - 1)
         return np.where(self.run[place] == contact.run, self.value[place], np.nan)
 
     def __repr__(self) -> str:
-        """The expression that makes an equal covariate, with NumPy as np."""
+        """Returns the expression that makes an equal covariate, with NumPy as np."""
         return f"ByRun(np.array({self.run.tolist()}), np.array({self.value.tolist()}, float))"
 
 
@@ -183,12 +186,12 @@ class Smooth(Unnamed):
         self.form, self.at, self.by_run = form, at, by_run
 
     def __repr__(self) -> str:
-        """The expression that makes an equal term."""
+        """Returns the expression that makes an equal term."""
         at = f"frozenset({sorted(self.at)})"
         return f"Smooth({self.covariate!r}, {self.form!r}, at={at}, by_run={self.by_run!r})"
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
-        """The factor (n,) on friction."""
+        """Returns the factor (n,) on friction."""
         read = self.by_run or READ[self.covariate]
         total = self.form.of(read(contact)) @ _numbers(values)
         return np.exp(np.where(self._acts(contact.moving), total, 0.0))
@@ -224,15 +227,15 @@ class SmoothPush(Push):
         super().__init__("position", words, size=size, typical=0.1, unit="m/s²", most=1.0)
 
     def __repr__(self) -> str:
-        """The expression that makes an equal term."""
+        """Returns the expression that makes an equal term."""
         return f"SmoothPush({self.direction!r})"
 
     def push(self, contact: Contact, values: Values) -> Array | None:
-        """The push (n, 3), m/s², in P."""
+        """Returns the push (n, 3), m/s², in P."""
         return np.einsum("nik,k->ni", self._waves(contact), _numbers(values))
 
     def _waves(self, contact: Contact) -> Array:
-        """The pushes (n, 3, k) of all coefficients at 1."""
+        """Returns the pushes (n, 3, k) of all coefficients at 1."""
         x, y = contact.x_m / PLACE_M, contact.y_m / PLACE_M
         if self.direction == "radial":
             return np.stack([x, y, np.zeros(len(contact))], axis=1)[:, :, None]
@@ -259,17 +262,17 @@ class PushAside(Push):
         super().__init__("way", "push aside", size=1, typical=0.1, unit="m/s²", most=1.0)
 
     def __repr__(self) -> str:
-        """The expression that makes an equal term."""
+        """Returns the expression that makes an equal term."""
         return "PushAside()"
 
     def push(self, contact: Contact, values: Values) -> Array | None:
-        """The push (n, 3), m/s², in P."""
+        """Returns the push (n, 3), m/s², in P."""
         left = unit(contact.way_rad + np.pi / 2) * (values["a0"] * contact.moving)[:, None]
         return np.column_stack([left, np.zeros(len(contact))])
 
 
 def _hill_slopes(x: Array, y: Array) -> Array:
-    """The slopes (n, 3, k) of the hills at places (n,)."""
+    """Returns the slopes (n, 3, k) of the hills at places (n,)."""
     found = np.zeros((len(x), 3, len(HILLS)))
     of_x, of_y = (np.vander(one, HIGHEST + 1, increasing=True).T for one in (x, y))
     for k, (i, j) in enumerate(HILLS):
@@ -294,17 +297,17 @@ PUSHES: dict[Direction, tuple[int, str]] = {
 
 
 def pushes() -> tuple[Push, ...]:
-    """Every kind of push."""
+    """Returns every kind of push."""
     return (*(SmoothPush(direction) for direction in PUSHES), PushAside())
 
 
 def is_smooth(effect: Effect) -> bool:
-    """True for a term without a name."""
+    """Returns true for a term without a name."""
     return isinstance(effect, Unnamed)
 
 
 def is_of_the_air(effect: Effect) -> bool:
-    """True for a straight line in temperature or humidity that acts on onset and slide alike."""
+    """Returns true for a straight line in temperature or humidity that acts on onset and slide alike."""
     return isinstance(effect, Smooth) and effect.covariate in AIR and effect.form.size == 1 and len(effect.at) > 1
 
 

@@ -68,7 +68,7 @@ _HIGHEST = 12
 
 
 def table_of_smooth(effect: Unnamed, values: Values) -> dict[str, Any]:
-    """The table of model.toml that describes the term."""
+    """Returns the table of model.toml that describes the term."""
     coefficients = {"coefficients": [float(values[one.name]) for one in effect.parameters]}
     if isinstance(effect, Push):
         return {"covariate": effect.covariate, "push": effect.direction, **coefficients}
@@ -95,7 +95,7 @@ def _table_of_form(form: Form) -> dict[str, Any]:
 
 
 def smooth_of_tables(tables: Any) -> list[tuple[Unnamed, dict[str, float]]]:
-    """The terms of all tables, with their values.
+    """Returns the terms of all tables, with their values.
 
     Raises:
         UserError: saying in one sentence what was expected and what came.

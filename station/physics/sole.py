@@ -15,6 +15,7 @@ the mean. What leads is carried aside by the turning, and friction pulls it back
     h N (ω / v) ⟨(r·e) (1 + 12 λ (r·e) / L)⟩ = h N λ L ω / v
 
 at the front, whose moment is taken by the pressure, so that ⟨(r·e)²⟩ about its middle is left: L² (1 / 12 − λ²).
+Friction that acts beside the mass for another reason, by a · e ahead of it, is carried aside alike: λ L + a · e.
 """
 
 from __future__ import annotations
@@ -37,26 +38,34 @@ SQUARE_GYRATION = 1.0 / 6.0
 
 
 def left_beside_moment(across_m: Array, square_m2: Array | float, area_m2: Array) -> Array:
-    """The share (n,) of friction that holds a block at rest on which it acts beside the mass.
+    """Returns the share (n,) of friction that holds a block at rest on which it acts beside the mass.
 
-    The moment takes the rest of the limit surface |F|² + M² / (ρ² + a²) = (mu N)²; a is the arm, its square
-    `square_m2` (n,) and its part across the way `across_m` (n,), on a sole of `area_m2` (n,).
+    The moment takes the rest of the limit surface |F|² + M² / (ρ² + a²) = (mu N)², with a the arm.
+
+    Args:
+        across_m: (n,) the arm's part across the way, m.
+        square_m2: (n,) the arm's square, m².
+        area_m2: (n,) the sole's area, m².
     """
     return np.sqrt(1.0 - across_m**2 / (TURNING_RADIUS**2 * area_m2 + square_m2))
 
 
 def left_against_turning(lead: Array) -> Array:
-    """The share (n,) of the moment against the turning that a lead (n,), widths of the sole, leaves.
+    """Returns the share (n,) of the moment against the turning that a lead (n,), widths of the sole, leaves.
 
     From a sixth of the width on the sole lifts behind, and stands on 3 (1 / 2 − λ) of it.
     """
     return np.where(lead < LIFTS, 1.0 - 12.0 * lead**2, 6.0 * (0.5 - lead) ** 2)
 
 
-def carried_across(lead: Array, side_m: Array, *, yaw_rate_rad_s: Array | float, speed_m_s: Array) -> Array:
-    """The force (n,) across the way, to the right for a turn to the left, over the friction against sliding alone.
+def carried_across(ahead_m: Array, side_m: Array, *, yaw_rate_rad_s: Array | float, speed_m_s: Array) -> Array:
+    """Returns the force (n,) across the way, to the right for a left turn, over the friction against sliding alone.
 
-    `lead` (n,) is in widths of the sole, which are `side_m` (n,), m; the block slides at `speed_m_s` (n,), m/s.
+    Args:
+        ahead_m: (n,) the way by which friction acts before the mass, m.
+        side_m: (n,) the sole's width, m.
+        yaw_rate_rad_s: (n,) the block's turning rate, or one for all, rad/s.
+        speed_m_s: (n,) the block's speed, m/s.
     """
     together = np.maximum(np.hypot(speed_m_s, TURNING_RADIUS * side_m * yaw_rate_rad_s), LEAST_M_S)
-    return lead * side_m * yaw_rate_rad_s / together
+    return ahead_m * yaw_rate_rad_s / together

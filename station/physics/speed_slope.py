@@ -19,7 +19,7 @@ SHARES = (0.25, 0.75)
 
 
 def speed_slope(effect: Effect, contact: Contact, values: Values) -> Mapping[str, tuple[float, str]]:
-    """The change of friction per e-fold of speed between the recorded speeds' quartiles, relative to static friction.
+    """Returns the change of friction per e-fold of speed between the recorded speeds' quartiles, over static friction.
 
     It is empty where nothing slides.
     """

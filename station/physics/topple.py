@@ -24,7 +24,7 @@ LEAST_MARGIN = 1e-6
 
 
 def toppling_load(lean: Array, mass: Array) -> Array:
-    """The share (m, n) of what a block stands that `lean` (n, 4) makes of it with its mass at places `mass` (m, 3).
+    """Returns the share (m, n) of what a block stands that `lean` (n, 4) makes of it with its mass at `mass` (m, 3).
 
     A lean is tan θ cos β towards each edge's normal, at quarter turns from the block's x, at least 0; a place is from
     the sole's middle, in the block's frame, in widths of the sole. From 1 on it topples; without a height it never
@@ -40,7 +40,7 @@ def toppling_load(lean: Array, mass: Array) -> Array:
 
 
 def fallen(view: View, *, slenderness: float, offset_m: tuple[float, float] = (0.0, 0.0)) -> Array:
-    """Displacement (n, 4, 2), m, in P, of the mark's corners by the fall of a block q times as high as wide.
+    """Gives the displacement (n, 4, 2), m, in P, of the mark's corners by the fall of a block q times as high as wide.
 
     `offset_m` is the place of its mass from the middle of its sole, in the block's frame.
     """
@@ -55,7 +55,7 @@ def fallen(view: View, *, slenderness: float, offset_m: tuple[float, float] = (0
 
 
 def lower_edge(view: View, *, slenderness: float, offset_m: tuple[float, float]) -> tuple[Array, Array]:
-    """Direction in P (n,), rad, of the edge over which the block falls first, and the tilt (n,) at which it falls."""
+    """Returns the direction in P (n,), rad, of the edge over which the block falls first, and at which tilt (n,)."""
     side = view.point_m[:, 1] - view.point_m[:, 0]
     turns = np.pi / 2 * np.arange(4.0)
     normals = np.arctan2(side[:, 1], side[:, 0])[:, None] + turns

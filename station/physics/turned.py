@@ -9,10 +9,13 @@ from station.physics.contact import Array
 
 
 def seen_turned(vector: Array, turn: Array) -> Array:
-    """Vectors in P as a plate sees them that is turned on, in the shape of `vector`.
+    """Returns vectors in P as a plate sees them that is turned on, in the shape of `vector`.
 
-    `vector` (…, 3) is in any unit, and the plate is turned by rotation vectors `turn` (…, 3), rad, in P.
     R_true = R exp[r×], so that what is v in the reported plate is exp[−r×] v in the true one (Rodrigues' formula).
+
+    Args:
+        vector: (…, 3) the vectors in P, in any unit.
+        turn: (…, 3) rotation vectors by which the plate is turned on, rad, in P.
     """
     angle = np.linalg.norm(turn, axis=-1, keepdims=True)
     axis = turn / np.where(angle > 0, angle, 1.0)

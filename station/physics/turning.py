@@ -7,9 +7,13 @@ from station.physics.contact import Array
 
 
 def turned_push(acceleration_rad_s2: Array, rate_rad_s: Array, place_m: Array) -> Array:
-    """The push -α x r - ω x (ω x r) per mass, m/s², at the place r from the pivot.
+    """Returns the push -α x r - ω x (ω x r) per mass, m/s², at the place r from the pivot.
 
-    α, `acceleration_rad_s2` (3,) or (n, 3), is in rad/s², ω, `rate_rad_s` (3,) or (n, 3), in rad/s, and r, `place_m`
-    (3,) or (n, 3), in m. All are in the same frame, and the push has the shape of the largest.
+    All are in the same frame, and the push has the shape of the largest.
+
+    Args:
+        acceleration_rad_s2: (3,) or (n, 3) α, rad/s².
+        rate_rad_s: (3,) or (n, 3) ω, rad/s.
+        place_m: (3,) or (n, 3) r, m.
     """
     return -cross(acceleration_rad_s2, place_m) - cross(rate_rad_s, cross(rate_rad_s, place_m))

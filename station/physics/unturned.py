@@ -18,20 +18,20 @@ class Unturned(Effect):
         vars(self).update(id=effect.id)  # others have it in their class
 
     def acts_through(self) -> frozenset[str]:
-        """The friction, where the effect has any."""
+        """Returns the friction, where the effect has any."""
         return self._effect.acts_through() & {"friction"}
 
     def is_null(self, values: Values) -> bool:
-        """True if the effect vanishes."""
+        """Returns true if the effect vanishes."""
         return self._effect.is_null(values)
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
-        """The factor (n,) beside the moment."""
+        """Returns the factor (n,) beside the moment."""
         return self._effect.unturned(contact, values)
 
 
 def unturned(model: Model) -> Model:
-    """The model whose friction is that of a block at rest beside the moment that acts on it."""
+    """Returns the model whose friction is that of a block at rest beside the moment that acts on it."""
     return replace(model, terms=tuple(_unturned(term) for term in model.terms))
 
 

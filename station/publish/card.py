@@ -37,7 +37,7 @@ class Card:
     version: str
 
     def text(self) -> str:
-        """The whole card."""
+        """Returns the whole card."""
         parts = (self._header(), self._beginning(), self._found(), self._provenance(), self._end())
         return "\n\n".join(part for part in parts if part) + "\n"
 
@@ -101,7 +101,7 @@ def _config(name: str, *, default: bool) -> list[str]:
 
 
 def _size(count: int) -> str:
-    """The name that Hugging Face has for a number of rows."""
+    """Returns the name that Hugging Face has for a number of rows."""
     steps = ((1_000, "n<1K"), (10_000, "1K<n<10K"), (100_000, "10K<n<100K"), (1_000_000, "100K<n<1M"))
     return next((name for limit, name in steps if count < limit), "1M<n<10M")
 

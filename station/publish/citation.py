@@ -24,7 +24,7 @@ class Author:
 
 
 def author(text: str) -> Author:
-    """The author of "Family, Given", or an institution.
+    """Returns the author of "Family, Given", or an institution.
 
     Raises:
         UserError: if there is no name.
@@ -36,7 +36,7 @@ def author(text: str) -> Author:
 
 
 def citation(*, title: str, authors: Sequence[Author], licence: Licence, version: str) -> str:
-    """The text of CITATION.cff; `version` is that of Repose."""
+    """Returns the text of CITATION.cff; `version` is that of Repose."""
     lines = [
         "cff-version: 1.2.0",
         "message: If you use this dataset, please cite it as below.",
@@ -66,5 +66,5 @@ def _lines_of(one: Author) -> tuple[str, ...]:
 
 
 def quoted(text: str) -> str:
-    """A text for YAML, of which JSON is a part."""
+    """Returns a text for YAML, of which JSON is a part."""
     return json.dumps(text, ensure_ascii=False)

@@ -15,7 +15,7 @@ _GROWING = ".partial"
 
 @contextmanager
 def new_folder(path: Path) -> Generator[Path]:
-    """A folder to fill, which gets its name `path` at the end; after an error nothing is left of it.
+    """Provides a folder to fill, which gets its name `path` at the end; after an error nothing is left of it.
 
     Raises:
         UserError: if there is something at `path` already, or it cannot be written to.

@@ -29,14 +29,14 @@ class Licence:
         return f"https://spdx.org/licenses/{self.id}.html"
 
     def card_lines(self) -> tuple[str, ...]:
-        """The lines of a dataset card's header."""
+        """Returns the lines of a dataset card's header."""
         if self.id in _ON_HUGGING_FACE:
             return (f"license: {_ON_HUGGING_FACE[self.id]}",)
         return "license: other", f"license_name: {self.id.lower()}", f"license_link: {self.url}"
 
 
 def licence(name: str | None) -> Licence:
-    """The licence of that name, in any case of its letters.
+    """Returns the licence of that name, in any case of its letters.
 
     Raises:
         UserError: if there is no name, or it is not one identifier of the SPDX list.

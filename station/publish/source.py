@@ -47,14 +47,14 @@ class Source:
         return any(name.startswith(TRUTH) for name in self.reader.topics)
 
     def as_json(self) -> dict[str, Any]:
-        """Its line of provenance.json."""
+        """Returns its line of provenance.json."""
         fields = ("sha256", "digest", "rig", "session", "seed", "mode", "started", "versions")
         counts = {"samples": len(self.samples), "kept": self.kept}
         return {"file": f"recordings/{self.name}", **{key: getattr(self, key) for key in fields}, **counts}
 
 
 def sources_of(paths: list[Path]) -> tuple[Source, ...]:
-    """The recordings in their order; those of one name are numbered.
+    """Returns the recordings in their order; those of one name are numbered.
 
     Raises:
         UserError: if a file is missing, damaged, no recording, or there twice.
@@ -101,6 +101,6 @@ def _free_name(path: Path, taken: set[str]) -> str:
 
 
 def _whole(text: str) -> int | None:
-    """A whole number of up to 63 bits; a recording's metadata may be anything."""
+    """Returns a whole number of up to 63 bits; a recording's metadata may be anything."""
     number = int(text) if text.isascii() and text.isdigit() and len(text) < 20 else -1
     return number if 0 <= number < 2**63 else None

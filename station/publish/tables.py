@@ -26,7 +26,10 @@ More = Mapping[str, Sequence[float]]
 
 
 def samples_table(sources: Sequence[Source], more: Sequence[More]) -> pa.Table:  # pyright: ignore[reportUnknownParameterType]  # pyarrow has no types
-    """The samples of all recordings; `more` has further columns of each recording, nan where another lacks them."""
+    """Returns the samples of all recordings.
+
+    `more` has further columns of each recording, nan where another lacks them.
+    """
     import pyarrow as pa  # noqa: PLC0415  # an extra, and slow to load
 
     names = list(dict.fromkeys(name for columns in more for name in columns))
@@ -52,7 +55,9 @@ def _origin(source: Source, count: int) -> dict[str, pa.Array]:  # pyright: igno
 
 
 def runs_table(sources: Sequence[Source]) -> pa.Table:  # pyright: ignore[reportUnknownParameterType]  # pyarrow has no types
-    """The runs of all recordings, aborted ones too; one run's signals are in memory at a time, and its row after that.
+    """Returns the runs of all recordings, aborted ones too.
+
+    One run's signals are in memory at a time, and its row after that.
 
     `started_ns` and `ended_ns` are the first and last event; times in lists (`…_s`) count from the first. `x_m`,
     `y_m` and `yaw_rad` are the block in the plate frame, at `path_s`; `tilt_rad` is the plate against gravity, at
@@ -94,7 +99,7 @@ def _run(run: int, signals: Signals, events: EventTrack) -> dict[str, Any]:
 
 
 def _motion(signals: Signals, start_ns: int, end_ns: int) -> dict[str, list[float]]:
-    """The block's path and the plate's tilt from the run's begin to its end."""
+    """Returns the block's path and the plate's tilt from the run's begin to its end."""
     poses, attitude = poses_of(signals), signals.attitude.known()
     seen, held = _within(poses.time_ns, start_ns, end_ns), _within(attitude.time_ns, start_ns, end_ns)
     x_m, y_m, yaw_rad = poses.pose[seen].T

@@ -53,7 +53,7 @@ _WHOLE: dict[str, type[Message]] = {"camera/geometry": CameraGeometry, "session/
 
 
 def load_signals(reader: RecordingReader, *, from_ns: int | None = None, to_ns: int | None = None) -> Signals:
-    """The signals with from_ns ≤ capture time < to_ns; everything by default.
+    """Loads the signals with from_ns ≤ capture time < to_ns; everything by default.
 
     The newest calibration of that stretch counts, or else the first of the recording.
 
@@ -81,7 +81,7 @@ def load_signals(reader: RecordingReader, *, from_ns: int | None = None, to_ns: 
 
 
 def first_geometry(reader: RecordingReader) -> CameraGeometry | None:
-    """The first calibration of a recording; a session has one."""
+    """Returns the first calibration of a recording; a session has one."""
     return next(_calibrations(item.message for item in reader.messages({"camera/geometry"})), None)
 
 
@@ -92,7 +92,7 @@ def _calibrations(messages: Iterable[Message]) -> Iterator[CameraGeometry]:
 
 
 def run_signals(reader: RecordingReader, *, around_ns: int = _AROUND_NS) -> Iterator[tuple[int, Signals]]:
-    """Each run's number and signals, from `around_ns` before its first event to as long after its last."""
+    """Yields each run's number and signals, from `around_ns` before its first event to as long after its last."""
     spans: dict[int, tuple[int, int]] = {}
     for item in reader.messages({"session/event"}):
         event = item.message
@@ -130,7 +130,7 @@ class _Collected:
                 self._reader.leave_out(topic, part.offset[~taken].tolist())
 
     def signals(self) -> Signals:
-        """All of it, in the order of capture."""
+        """Returns all of it, in the order of capture."""
         geometries = [*_calibrations(each for *_, each in sorted(self._messages["camera/geometry"], key=_log_ns))]
         samples = sorted(sorted(self._messages["session/sample"], key=_log_ns), key=_publish_ns)
         own = self._columns
@@ -150,7 +150,7 @@ class _Collected:
 
 
 def _refuse_other(info: TopicInfo) -> None:
-    """A topic that carries something else than its message would be read as nonsense."""
+    """Refuses a topic that carries something else than its message, which would be read as nonsense."""
     expected = _TRACKS.get(info.name) or _WHOLE.get(info.name) or AngleReading
     if info.message is not expected:
         raise UserError(f"Expected {wire.schema_name(expected)} on the topic {info.name}, got {info.schema}")

@@ -42,7 +42,7 @@ class Batch(NamedTuple):
     offset: Integers
 
     def select(self, chosen: NDArray[Any]) -> Batch:
-        """The messages that are chosen (n,)."""
+        """Returns the messages that are chosen (n,)."""
         channel, log_ns, publish_ns, payloads, offset = self
         return Batch(channel[chosen], log_ns[chosen], publish_ns[chosen], payloads.select(chosen), offset[chosen])
 
@@ -56,7 +56,7 @@ class Unpacked(NamedTuple):
 
 
 def batch_of(chunks: Sequence[Unpacked], *, wanted: Container[int]) -> Batch | None:
-    """The messages of the wanted channels in successive chunks; None if the indexes are missing or wrong."""
+    """Returns the messages of the wanted channels in successive chunks; None if the indexes are missing or wrong."""
     begins, offsets, size = list[Integers](), list[Integers](), 0
     for chunk in chunks:
         begin = _begins(chunk.indexes)
@@ -85,7 +85,7 @@ def batch_of(chunks: Sequence[Unpacked], *, wanted: Container[int]) -> Batch | N
 
 
 def batch_by_walking(chunk: Unpacked, *, wanted: Container[int]) -> Batch:
-    """The same of one chunk, record by record.
+    """Returns the same of one chunk, record by record.
 
     Raises:
         DamageError: if they do not fit together.
@@ -100,7 +100,7 @@ def batch_by_walking(chunk: Unpacked, *, wanted: Container[int]) -> Batch:
 
 
 def _begins(indexes: bytes) -> Integers | None:
-    """The offsets of a chunk's messages; None if the indexes cannot be right."""
+    """Returns the offsets of a chunk's messages; None if the indexes cannot be right."""
     found, position = list[NDArray[np.int64]](), 0
     while position < len(indexes):
         if position + _INDEX.size > len(indexes):
@@ -115,7 +115,7 @@ def _begins(indexes: bytes) -> Integers | None:
 
 
 def _tiles(records: bytes, size: int, begin: Integers, header: Any) -> bool:
-    """True if the messages, with other records between them, fill the first `size` bytes without a gap."""
+    """Returns true if the messages, with other records between them, fill the first `size` bytes without a gap."""
     length = header["length"]
     if not np.all((header["opcode"] == Opcode.MESSAGE) & (length >= _HEADER.itemsize - _PREFIX) & (length <= size)):
         return False
@@ -126,7 +126,7 @@ def _tiles(records: bytes, size: int, begin: Integers, header: Any) -> bool:
 
 
 def _others(records: bytes, position: int, end: int) -> bool:
-    """True if a stretch is records other than messages."""
+    """Returns true if a stretch is records other than messages."""
     while position + HEAD.size <= end:
         opcode, length = HEAD.unpack_from(records, position)
         if opcode == Opcode.MESSAGE:

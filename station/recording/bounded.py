@@ -45,7 +45,7 @@ def read_at(file: BinaryIO, offset: int, length: int, *, most: int = MAX_CHUNK_B
 
 
 def most_unpacked(file_bytes: int) -> int:
-    """The size of what a file of this size may hold when it is unpacked."""
+    """Returns the size of what a file of this size may hold when it is unpacked."""
     return max(ALWAYS_UNPACKED_BYTES, MOST_TIMES_LARGER * file_bytes)
 
 

@@ -43,7 +43,7 @@ class RawMessage(NamedTuple):
 
 
 def chunk_of(content: bytes) -> Chunk:
-    """The chunk in a record's content.
+    """Returns the chunk in a record's content.
 
     Raises:
         DamageError: if it is blank, as a disk leaves it: zeros read as a chunk of nothing, without a checksum.
@@ -57,7 +57,7 @@ def chunk_of(content: bytes) -> Chunk:
 
 
 def unpack(chunk: Chunk) -> bytes:
-    """The records of a chunk.
+    """Returns the records of a chunk.
 
     Raises:
         DamageError: if they cannot be unpacked or their CRC is wrong.
@@ -88,7 +88,10 @@ def _decompress(chunk: Chunk) -> bytes:
 
 
 def messages(records: bytes, *, wanted: Container[int] | None = None, first_offset: int = 0) -> list[RawMessage]:
-    """The messages of the wanted channels (None: of all), by the order of the file; offsets from `first_offset`."""
+    """Returns the messages of the wanted channels (None: of all), by the order of the file.
+
+    Their offsets count from `first_offset`.
+    """
     found: list[RawMessage] = []
     position, end = 0, len(records)
     require_few(records)
@@ -129,7 +132,7 @@ def _count(records: bytes) -> int:
 
 
 def definitions(records: bytes) -> tuple[list[Schema], list[Channel]]:
-    """The schemas and channels that a chunk defines."""
+    """Returns the schemas and channels that a chunk defines."""
     schemas: list[Schema] = []
     channels: list[Channel] = []
     position = 0

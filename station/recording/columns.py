@@ -71,7 +71,10 @@ class Columns:
     def add(self, payloads: Payloads, *, log_ns: Integers, publish_ns: Integers) -> NDArray[np.bool_]:
         """Takes messages (n,) as they stand in the file; True (n,) for those taken, which are of this class.
 
-        They were logged at `log_ns` (n,) and published at `publish_ns` (n,), ns.
+        Args:
+            payloads: the messages as they stand in the file.
+            log_ns: (n,) when the messages were logged, ns.
+            publish_ns: (n,) when they were published, ns.
         """
         fields = fields_of(self._cls, payloads, names=self._names)
         good = np.ones(len(log_ns), dtype=bool)
@@ -94,11 +97,11 @@ class Columns:
         return good
 
     def _whole(self) -> dict[str, Any]:
-        """All columns by name, one after another: the parts of each go as it is joined."""
+        """Returns all columns by name, one after another: the parts of each go as it is joined."""
         return {name: _joined([part.pop(name) for part in self._parts], width) for name, width in self._all()}
 
     def sorted(self) -> Named:
-        """All columns by name, and `publish_ns`: in the order of that, and equal ones as they came."""
+        """Returns all columns by name, and `publish_ns`: in the order of that, and equal ones as they came."""
         columns = self._whole()
         for key in ("log_ns", "publish_ns"):
             if np.any(np.diff(columns[key]) < 0):
@@ -111,7 +114,10 @@ class Columns:
 
 
 def _odd(values: Named, count: int) -> NDArray[np.bool_]:
-    """True (n,) for what may be impossible (`Message.impossible`): a number that is not finite, a turn that is none."""
+    """Returns true (n,) for what may be impossible (`Message.impossible`).
+
+    That is a number that is not finite, or an attitude that is none.
+    """
     odd = np.zeros(count, dtype=bool)
     for column in values.values():
         if isinstance(column, np.ndarray) and column.dtype.kind == "f":
@@ -124,7 +130,7 @@ def _odd(values: Named, count: int) -> NDArray[np.bool_]:
 
 
 def _kept(value: Any, column: Any, width: int) -> Any:
-    """A field of a message, as the column has it: lists of another length are nan, or 0 for whole numbers."""
+    """Returns a field of a message, as the column has it: lists of another length are nan, or 0 for whole numbers."""
     if not width or len(value) == width:
         return value
     return math.nan if column.dtype.kind == "f" else 0
@@ -145,7 +151,7 @@ def _whole(column: Any) -> Integers:
 
 
 def _stacked(columns: Named, names: str) -> Array:
-    """Columns side by side (n, k), nan if there are no rows."""
+    """Returns columns side by side (n, k), nan if there are no rows."""
     return np.column_stack([np.asarray(columns[name], dtype=float) for name in names.split()])
 
 
@@ -153,7 +159,7 @@ def _stacked(columns: Named, names: str) -> Array:
 
 
 def corner_tracks(columns: Columns) -> dict[int, CornerTrack]:
-    """The track of each marker by its number."""
+    """Returns the track of each marker by its number."""
     rows = columns.sorted()
     numbers = _whole(rows["marker_id"])
     whole = _corner_track(rows)
@@ -164,7 +170,7 @@ def corner_tracks(columns: Columns) -> dict[int, CornerTrack]:
 
 
 def corner_track(columns: Columns) -> CornerTrack:
-    """The track of the one marker that they are all of."""
+    """Returns the track of the one marker that they are all of."""
     return _corner_track(columns.sorted())
 
 
@@ -186,7 +192,7 @@ def _corner_track(rows: Named) -> CornerTrack:
 
 
 def pose_track(columns: Columns) -> PoseTrack:
-    """The block's track by another tracker."""
+    """Returns the block's track by another tracker."""
     rows = columns.sorted()
     found = np.asarray(rows["found"], dtype=bool)
     position, turn = _stacked(rows, "x y z"), _stacked(rows, "qw qx qy qz")
@@ -202,7 +208,7 @@ def pose_track(columns: Columns) -> PoseTrack:
 
 
 def attitude_track(columns: Columns) -> AttitudeTrack:
-    """The plate's track."""
+    """Returns the plate's track."""
     rows = columns.sorted()
     return AttitudeTrack(
         time_ns=_whole(rows["publish_ns"]),
@@ -213,7 +219,7 @@ def attitude_track(columns: Columns) -> AttitudeTrack:
 
 
 def angle_track(columns: Columns) -> AngleTrack:
-    """The track of another angle sensor."""
+    """Returns the track of another angle sensor."""
     rows = columns.sorted()
     return AngleTrack(
         time_ns=_whole(rows["publish_ns"]),
@@ -224,7 +230,7 @@ def angle_track(columns: Columns) -> AngleTrack:
 
 
 def command_track(columns: Columns) -> CommandTrack:
-    """The commands to the arm."""
+    """Returns the commands to the arm."""
     rows = columns.sorted()
     return CommandTrack(
         time_ns=_whole(rows["publish_ns"]),
@@ -238,7 +244,7 @@ def command_track(columns: Columns) -> CommandTrack:
 
 
 def motion_track(columns: Columns) -> MotionTrack:
-    """The motions that ended.
+    """Returns the motions that ended.
 
     Begin and end stand in the agent's clock inside the message; its publish time says how far that is off.
     """
@@ -259,7 +265,7 @@ def motion_track(columns: Columns) -> MotionTrack:
 
 
 def event_track(columns: Columns) -> EventTrack:
-    """The phases of the runs."""
+    """Returns the phases of the runs."""
     rows = columns.sorted()
     return EventTrack(
         time_ns=_whole(rows["publish_ns"]),
@@ -271,7 +277,7 @@ def event_track(columns: Columns) -> EventTrack:
 
 
 def environment_track(columns: Columns) -> EnvironmentTrack:
-    """The air around the rig."""
+    """Returns the air around the rig."""
     rows = columns.sorted()
     return EnvironmentTrack(
         time_ns=_whole(rows["publish_ns"]),

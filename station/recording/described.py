@@ -44,7 +44,7 @@ class Found:
 
 
 def metadata_at(path: Path, indexes: Sequence[MetadataIndex]) -> Described:
-    """The metadata records that an index names.
+    """Returns the metadata records that an index names.
 
     Raises:
         UserError: if one cannot be read.
@@ -53,7 +53,7 @@ def metadata_at(path: Path, indexes: Sequence[MetadataIndex]) -> Described:
 
 
 def attachments_at(path: Path, indexes: Sequence[AttachmentIndex]) -> dict[str, bytes]:
-    """The attached files that an index names, by name.
+    """Returns the attached files that an index names, by name.
 
     Raises:
         UserError: if one is damaged.
@@ -71,12 +71,12 @@ def attachments_at(path: Path, indexes: Sequence[AttachmentIndex]) -> dict[str, 
 
 
 def any_has_checksum(file: BinaryIO, indexes: Sequence[AttachmentIndex]) -> bool:
-    """True if whoever attached the files gave them checksums: zeros in the place of one are none otherwise."""
+    """Returns true if whoever attached the files gave them checksums: zeros in the place of one are none otherwise."""
     return any(any(read_at(file, max(0, index.offset + index.length - 4), 4)) for index in indexes)
 
 
 def attachment_of(content: bytes, *, sealed: bool = False) -> Attachment:
-    """The attachment in a record's content; its CRC, which the library skips, is checked.
+    """Returns the attachment in a record's content; its CRC, which the library skips, is checked.
 
     Raises:
         DamageError: if it is wrong, or missing where all are `sealed` by one, or all is blank.
@@ -93,7 +93,7 @@ def attachment_of(content: bytes, *, sealed: bool = False) -> Attachment:
 
 
 def metadata_of(content: bytes) -> Metadata:
-    """The metadata in a record's content.
+    """Returns the metadata in a record's content.
 
     Raises:
         DamageError: if all is blank.
@@ -122,7 +122,7 @@ def _record_at(path: Path, index: MetadataIndex) -> Found:
 
 
 def described(found: Sequence[Found]) -> Described:
-    """All of them, the last of several with one name; one without checksum among others with one has lost it."""
+    """Gives all of them, the last of several with one name; one without checksum among others with one has lost it."""
     sealed = any(CHECKSUM in record.values for record in found)
     changed = [
         record.name

@@ -8,7 +8,7 @@ from station.recording.file_reader import RecordingReader
 
 
 def digest(reader: RecordingReader) -> str:
-    """SHA-256 of every measured message: topic, capture time and bytes, in order.
+    """Returns the SHA-256 of every measured message: topic, capture time and bytes, in order.
 
     Two sessions of one seed in simulated time have the same. Metadata (versions, file names) and the truth are not in
     it; nor are log times, which in a live session are never twice the same.

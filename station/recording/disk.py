@@ -18,17 +18,17 @@ _NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
 
 
 def reserve_path(path: Path) -> Path:
-    """The place of the room kept back for `path`: a hidden file beside it, gone when the file is closed."""
+    """Returns the place of the room kept back for `path`: a hidden file beside it, gone when the file is closed."""
     return path.with_name(f".{path.name}.reserve")
 
 
 def free_bytes(folder: Path) -> int:
-    """The room that is left on the disk of a folder."""
+    """Returns the room that is left on the disk of a folder."""
     return shutil.disk_usage(folder).free
 
 
 def being_written(path: Path) -> bool:
-    """True if a process is writing this file now."""
+    """Returns true if a process is writing this file now."""
     with path.open("rb", buffering=0) as file:
         return locked(file)
 
@@ -90,11 +90,11 @@ class ReservedFile:
         return len(data)
 
     def tell(self) -> int:
-        """Bytes written so far."""
+        """Returns the bytes written so far."""
         return self._position
 
     def flush(self) -> None:
-        """Nothing waits here."""
+        """Does nothing: nothing waits here."""
 
     def sync(self) -> None:
         """Waits until the bytes are on the disk itself."""
@@ -102,7 +102,7 @@ class ReservedFile:
             os.fsync(self._file.fileno())
 
     def let_go(self) -> None:
-        """Another process, born from this one, goes on with the file: it is closed here alone."""
+        """Closes the file here alone: another process, born from this one, goes on with it."""
         self._file.close()
 
     def close(self) -> None:

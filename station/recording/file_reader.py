@@ -50,7 +50,7 @@ class RecordingReader(RecordingInfo):
         *,
         truth: bool = False,
     ) -> Iterator[Recorded]:
-        """Messages by log time (equal ones as they were written), with from_ns ≤ log time < to_ns.
+        """Yields messages by log time (equal ones as they were written), with from_ns ≤ log time < to_ns.
 
         Topics whose schema this version does not know are left out; `topics` tells of them. So are payloads that are
         no message of their topic; `malformed` tells how many.
@@ -113,7 +113,7 @@ class RecordingReader(RecordingInfo):
             yield wanted, self._timely(batch, wanted, low, high)
 
     def _timely(self, batch: Batch, wanted: dict[int, TopicInfo], low: int, high: int) -> Batch:
-        """The messages of these times; those with stamps that no message has are left out."""
+        """Returns the messages of these times; those with stamps that no message has are left out."""
         stamped = (batch.log_ns >= 0) & (batch.publish_ns >= 0)
         for number in np.unique(batch.channel[~stamped]).tolist():
             self.leave_out(wanted[number].name, batch.offset[~stamped & (batch.channel == number)].tolist())
@@ -147,7 +147,7 @@ class RecordingReader(RecordingInfo):
         return attachments_at(self.path, self.summary.attachment_indexes)
 
     def samples(self) -> tuple[Sample, ...]:
-        """The session's samples in the order in which they were taken."""
+        """Returns the session's samples in the order in which they were taken."""
         found = list[tuple[int, int, Sample]]()
         for channels, batch in self.batches({"session/sample"}):
             if len(found) + len(batch.log_ns) > MOST_SAMPLES:
@@ -157,7 +157,10 @@ class RecordingReader(RecordingInfo):
         return tuple(sample for *_, sample in sorted(found, key=itemgetter(0)))
 
     def decoded(self, topic: str, batch: Batch, cls: type[M]) -> list[tuple[int, int, M]]:
-        """Log time, publish time (ns) and message of a batch of one topic; what is no message of it is left out."""
+        """Returns the log time, publish time (ns) and message of a batch of one topic.
+
+        What is no message of it is left out.
+        """
         found = list[tuple[int, int, M]]()
         for number, (log_ns, publish_ns) in enumerate(
             zip(batch.log_ns.tolist(), batch.publish_ns.tolist(), strict=True)

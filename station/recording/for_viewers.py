@@ -37,7 +37,9 @@ TOPICS: frozenset[str] = frozenset[str]().union(*(kind.topics for kind in KINDS)
 
 
 def for_viewers(rig_toml: str, *, own: bool = False) -> ForViewers | None:
-    """The topics for viewers of a recording with this rig file; None without one, or with one that describes no arm.
+    """Returns the topics for viewers of a recording with this rig file.
+
+    It is None without one, or with one that describes no arm.
 
     Only the user's `own` rig file may name a file as its arm's model.
     """
@@ -61,7 +63,7 @@ class ForViewers:
         self.takes = frozenset(self._handlers)
 
     def follow(self, topic: str, message: Message, *, stamp_ns: int) -> Iterable[Extra]:
-        """The messages that viewers get with a recorded message of a topic in `takes`, which happened at `stamp_ns`.
+        """Yields the messages for viewers with a recorded message of a topic in `takes`, which happened at `stamp_ns`.
 
         Raises:
             ArithmeticError: if its numbers make no sense.

@@ -15,7 +15,7 @@ _TOGETHER_BYTES = 1 << 20
 
 
 def in_batches(chunks: IndexedChunks, channels: Collection[int], low: int, high: int) -> Iterator[Batch]:
-    """The messages of these channels in the chunks of these times; some of their messages may have other times.
+    """Yields the messages of these channels in the chunks of these times; some of their messages may have other times.
 
     Raises:
         UserError: if a chunk is damaged.

@@ -13,7 +13,7 @@ MAX_HELD_BYTES = 256 * 1024 * 1024
 
 
 def in_order(chunks: IndexedChunks, channels: Collection[int], low: int, high: int) -> Iterator[RawMessage]:
-    """The messages of these channels with `low` ≤ log time < `high`; of equal times as they were written.
+    """Yields the messages of these channels with `low` ≤ log time < `high`; of equal times as they were written.
 
     Raises:
         UserError: if a chunk is damaged, or more of them overlap in time than can be held.

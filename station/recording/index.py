@@ -26,7 +26,7 @@ _BLOCK_BYTES = 1 << 20
 
 
 def read_index(file: BinaryIO) -> Summary | None:
-    """The index of a finished recording; None if it has none.
+    """Reads the index of a finished recording; None if it has none.
 
     Raises:
         DamageError: if it is not as it was written, or lies where none can be.
@@ -42,13 +42,13 @@ def read_index(file: BinaryIO) -> Summary | None:
 
 
 def has_checksum(file: BinaryIO) -> bool:
-    """True if chance cannot have changed the index of a finished file unnoticed."""
+    """Returns true if chance cannot have changed the index of a finished file unnoticed."""
     end = file.seek(0, 2) - len(MAGIC)
     return any(read_at(file, end - 4, 4))
 
 
 def _checksum(file: BinaryIO, start: int, end: int) -> int:
-    """The CRC of a stretch of the file, which a damaged footer may make as long as the file is."""
+    """Returns the CRC of a stretch of the file, which a damaged footer may make as long as the file is."""
     found = 0
     for position in range(start, end, _BLOCK_BYTES):
         found = zlib.crc32(read_at(file, position, min(_BLOCK_BYTES, end - position)), found)

@@ -34,27 +34,27 @@ class IndexEntries:
         self._size = size
 
     def at(self, offset: int) -> IndexEntry | None:
-        """The record that begins there, if the index names one."""
+        """Returns the record that begins there, if the index names one."""
         return self._by_offset.get(offset)
 
     def next_after(self, offset: int) -> int:
-        """The offset at which the next record of the index begins; the size of the file after the last."""
+        """Returns the offset at which the next record of the index begins; the size of the file after the last."""
         number = bisect_right(self._offsets, offset)
         return self._offsets[number] if number < len(self._offsets) else self._size
 
 
 def index_entries_of(summary: Summary | None, *, size: int) -> IndexEntries:
-    """The entries of an index; none without an index."""
+    """Returns the entries of an index; none without an index."""
     return IndexEntries([] if summary is None else chain(_message_indexes(summary), named(summary)), size=size)
 
 
 def named(summary: Summary) -> list[IndexEntry]:
-    """The chunks, attachments and metadata records that an index names, in the order of the file."""
+    """Returns the chunks, attachments and metadata records that an index names, in the order of the file."""
     return sorted(chain(_chunks(summary), _described(summary)), key=lambda entry: entry.offset)
 
 
 def _message_indexes(summary: Summary) -> Iterable[IndexEntry]:
-    """The message indexes of each chunk, which stand behind it, one a channel, taken for one record."""
+    """Yields the message indexes of each chunk, which stand behind it, one a channel, taken for one record."""
     for index in summary.chunk_indexes:
         if index.message_index_length:
             behind = index.chunk_start_offset + index.chunk_length

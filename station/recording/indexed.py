@@ -19,7 +19,7 @@ from station.recording.index_entries import IndexEntries, named
 
 
 def damaged(path: Path, what: str) -> UserError:
-    """The sentence on a file that is not as it was written."""
+    """Returns the sentence on a file that is not as it was written."""
     return UserError(f"{path} is damaged: {what}; station repair {path} saves what can still be read")
 
 
@@ -42,7 +42,7 @@ class IndexedChunks:
         return tuple(sorted({index.compression for index in self._indexes}))
 
     def within(self, channels: Collection[int], low: int, high: int) -> list[ChunkIndex]:
-        """The chunks with messages of these channels and with `low` ≤ log time < `high`, by their first time."""
+        """Gives the chunks with messages of these channels and with `low` ≤ log time < `high`, by their first time."""
         wanted = set(channels)
         return [
             index
@@ -53,7 +53,7 @@ class IndexedChunks:
         ]
 
     def messages(self, file: BinaryIO, index: ChunkIndex, wanted: Collection[int]) -> list[RawMessage]:
-        """The messages of a chunk.
+        """Returns the messages of a chunk.
 
         Raises:
             UserError: if it is damaged.
@@ -65,7 +65,7 @@ class IndexedChunks:
             raise self.damage_at(index, error) from error
 
     def unpacked(self, file: BinaryIO, index: ChunkIndex) -> Unpacked:
-        """A chunk's records, with the message indexes behind it.
+        """Returns a chunk's records, with the message indexes behind it.
 
         Raises:
             UserError: if it is damaged.
@@ -79,7 +79,7 @@ class IndexedChunks:
         return Unpacked(records, indexes, self._first_offsets[index.chunk_start_offset])
 
     def damage_at(self, index: ChunkIndex, error: BaseException) -> UserError:
-        """The sentence on a damaged chunk."""
+        """Returns the sentence on a damaged chunk."""
         return damaged(self.path, f"{error} (at byte {index.chunk_start_offset})")
 
     def _records(self, file: BinaryIO, index: ChunkIndex) -> bytes:

@@ -55,7 +55,7 @@ class Stream(Protocol):
         ...
 
     def tell(self) -> int:
-        """Bytes written so far."""
+        """Returns the bytes written so far."""
         ...
 
     def flush(self) -> None:
@@ -218,7 +218,7 @@ class McapFile:
         )
 
     def _packed_indexes(self, chunk: _OpenChunk, start: int) -> tuple[bytes, dict[int, int]]:
-        """The message indexes of a chunk, and where in the file each channel's begins."""
+        """Returns the message indexes of a chunk, and where in the file each channel's begins."""
         packed, offsets = bytearray(), dict[int, int]()
         for channel, entries in chunk.index.items():
             offsets[channel] = start + len(packed)

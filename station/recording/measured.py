@@ -43,7 +43,7 @@ ONE_OF = (REQUIRED, COEFFICIENT, FORCE)
 
 
 def read_measured(path: Path) -> Measured:
-    """The rows of a table (.csv, .parquet).
+    """Reads the rows of a table (.csv, .parquet).
 
     Raises:
         UserError: if the file is missing, of another kind, lacks what friction is read from, or holds something that is
@@ -68,7 +68,7 @@ def read_measured(path: Path) -> Measured:
 
 
 def _columns(path: Path) -> dict[str, Sequence[Any]]:
-    """The cells of all columns, by name."""
+    """Returns the cells of all columns, by name."""
     if path.suffix == ".parquet":
         return _of_parquet(path)
     with path.open(newline="", encoding="utf-8-sig") as file:
@@ -89,13 +89,13 @@ def _of_parquet(path: Path) -> dict[str, Sequence[Any]]:
 
 
 def _numbered(name: str) -> bool:
-    """True for a column of a vector, such as euler_rad_0."""
+    """Returns true for a column of a vector, such as euler_rad_0."""
     vector, _, number = name.rpartition("_")
     return vector in LENGTHS and number.isdigit()
 
 
 def _numbers(name: str, cells: Sequence[Any], path: Path) -> Column:
-    """A column's numbers (n,); nan for an empty cell."""
+    """Returns a column's numbers (n,); nan for an empty cell."""
     return np.array([_number(name, cell, f"{path}, row {row}") for row, cell in enumerate(cells, start=1)])
 
 

@@ -69,7 +69,9 @@ def open_file(path: Path) -> RecordingReader:
 
 
 def _names_all(summary: Summary) -> bool:
-    """False for an index by which messages would silently be none: outside of chunks, or of a topic that it omits.
+    """Returns false for an index by which messages would silently be none.
+
+    Such messages are outside of chunks, or of a topic that the index omits.
 
     Other writers may leave out of it what chunks hold as well: topics and their schemas.
     """

@@ -18,7 +18,7 @@ MOST_BYTES = 256 * 1024 * 1024
 
 
 def read_parquet(path: Path) -> Any:
-    """The table (of `pyarrow`) in a file.
+    """Reads the table (of `pyarrow`) in a file.
 
     Raises:
         UserError: if it holds more than fits into memory.
@@ -62,7 +62,7 @@ def _is_text(leaf: Any) -> bool:
 
 
 def _leaves(array: Any) -> Iterator[Any]:
-    """The arrays of which an array of lists, records and maps consists; an array of single values is its own."""
+    """Yields the arrays of which an array of lists, records and maps consists; an array of single values is its own."""
     import pyarrow as pa  # noqa: PLC0415  # as above
 
     kind = array.type
@@ -80,7 +80,7 @@ def _leaves(array: Any) -> Iterator[Any]:
 
 
 def _text_bytes(array: Any) -> int:
-    """The size of the texts in an array, if each is written out."""
+    """Returns the size of the texts in an array, if each is written out."""
     import pyarrow as pa  # noqa: PLC0415  # as above
     import pyarrow.compute as pc  # noqa: PLC0415
 
@@ -91,7 +91,10 @@ def _text_bytes(array: Any) -> int:
 
 
 def _written_out(packed: Any, kinds: Any) -> Any:
-    """The table with the kinds of columns that its file has; a kind that texts cannot be written as stays packed."""
+    """Returns the table with the kinds of columns that its file has.
+
+    A kind that texts cannot be written as stays packed.
+    """
     import pyarrow as pa  # noqa: PLC0415  # as above
 
     for number, kind in enumerate(kinds):

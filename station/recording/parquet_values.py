@@ -13,7 +13,7 @@ from pathlib import Path
 
 
 def values_of(path: Path) -> list[int]:
-    """The values of each column that holds no others, items of lists among them, in the order of the schema.
+    """Returns the values of each column that holds no others, items of lists among them, in the order of the schema.
 
     Raises:
         OSError: if the file's account of its columns is damaged, or nobody can look.

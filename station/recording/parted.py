@@ -69,7 +69,9 @@ class PartedReader(RecordingReader):
         *,
         truth: bool = False,
     ) -> Iterator[Recorded]:
-        """The messages as of one file, all in order: a part may hold what came just before the end of the one before.
+        """Yields the messages as of one file, all in order.
+
+        A part may hold what came just before the end of the one before.
 
         Raises:
             UserError: as of one file; or if the parts overlap in time by more than fits into memory.
@@ -93,13 +95,13 @@ class PartedReader(RecordingReader):
     def batches(
         self, topics: Collection[str], from_ns: int | None = None, to_ns: int | None = None
     ) -> Iterator[tuple[dict[int, TopicInfo], Batch]]:
-        """The batches as of one file, part after part; a topic's number is another one in each."""
+        """Yields the batches as of one file, part after part; a topic's number is another one in each."""
         for part in self._within(from_ns, to_ns):
             for channels, batch in part.batches(topics, from_ns, to_ns):
                 yield channels, batch._replace(offset=batch.offset + part.first_offset)
 
     def _within(self, from_ns: int | None, to_ns: int | None) -> list[RecordingReader]:
-        """The parts with messages of these times; one at least, which refuses what must not be asked for."""
+        """Returns the parts with messages of these times; one at least, which refuses what must not be asked for."""
         low, high = self._span(from_ns, to_ns)
         held = (part for part in self._parts if part.message_count)
         return [part for part in held if part.end_ns >= low and part.start_ns < high] or [self._parts[0]]
@@ -121,7 +123,7 @@ class PartedReader(RecordingReader):
 
 
 def part_metadata(part: RecordingReader) -> dict[str, str]:
-    """The metadata by which a file tells that it is a part; nothing where the recording is one file."""
+    """Returns the metadata by which a file tells that it is a part; nothing where the recording is one file."""
     return part.metadata.get(METADATA, {}) if METADATA in part.metadata_names else {}
 
 
@@ -135,7 +137,7 @@ def _require_same_session(first: RecordingReader, part: RecordingReader, number:
 
 
 def _seams(parts: Sequence[RecordingReader]) -> Iterator[str]:
-    """A sentence for each seam at which the parts hold another number of messages than when they were written."""
+    """Yields a sentence for each seam at which the parts hold another number of messages than when written."""
     held = 0
     for before, part in pairwise(parts):
         held += before.message_count
@@ -145,5 +147,5 @@ def _seams(parts: Sequence[RecordingReader]) -> Iterator[str]:
 
 
 def continued_in(part: RecordingReader) -> str:
-    """The name that the next part had when it was written; empty for the last one."""
+    """Returns the name that the next part had when it was written; empty for the last one."""
     return part_metadata(part).get(CONTINUED, "")

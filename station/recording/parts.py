@@ -18,24 +18,24 @@ _PART = re.compile(r"^(.*)\.part(\d{3,})\.mcap$")
 
 
 def part_path(first: Path, number: int) -> Path:
-    """The file of a recording's part of that number; the first one has the recording's own name."""
+    """Returns the file of a recording's part of that number; the first one has the recording's own name."""
     return first if number == 1 else first.with_name(f"{first.name.removesuffix('.mcap')}.part{number:03d}.mcap")
 
 
 def number_of(name: str) -> int:
-    """The number of the part that a file is by its name: 1 for a recording, or for the first of its parts."""
+    """Returns the number of the part that a file is by its name: 1 for a recording, or for the first of its parts."""
     found = _PART.match(name)
     return int(found[2]) if found else 1
 
 
 def first_name(name: str) -> str:
-    """The name of the file with which the recording begins."""
+    """Returns the name of the file with which the recording begins."""
     found = _PART.match(name)
     return f"{found[1]}.mcap" if found else name
 
 
 def files_of(first: Path) -> list[Path]:
-    """The files of a recording that are there, in order, without a gap."""
+    """Returns the files of a recording that are there, in order, without a gap."""
     found = [first]
     while number_of(first.name) == 1 and (after := part_path(first, len(found) + 1)).is_file():
         found.append(after)
@@ -43,21 +43,21 @@ def files_of(first: Path) -> list[Path]:
 
 
 def later_files(first: Path) -> list[Path]:
-    """The files that have names of later parts of a recording, those that broke off, too."""
+    """Returns the files that have names of later parts of a recording, those that broke off, too."""
     stem = first.name.removesuffix(".mcap")
     names = (path for path in first.parent.glob("*.part*.mcap*") if path.name.startswith(f"{stem}.part"))
     return sorted(path for path in names if number_of(path.name.removesuffix(".partial")) > 1)
 
 
 def firsts(names: Iterable[str]) -> list[str]:
-    """The names without later parts of a recording that is among them: they are read with their first part."""
+    """Returns the names without later parts of a recording that is among them: they are read with their first part."""
     all_of_them = list(names)
     known = set(all_of_them)
     return [name for name in all_of_them if first_name(name) == name or first_name(name) not in known]
 
 
 def sha256_of(first: Path) -> str:
-    """The SHA-256 of a recording's bytes, of all its parts one after another.
+    """Returns the SHA-256 of a recording's bytes, of all its parts one after another.
 
     Raises:
         OSError: if they cannot be read.

@@ -16,7 +16,7 @@ _PACKAGES = ("eclipse-zenoh", "mcap", "mujoco", "numpy", "opencv-python-headless
 
 
 def versions() -> dict[str, str]:
-    """The versions of this program, of Python and of the libraries that shape a measurement."""
+    """Returns the versions of this program, of Python and of the libraries that shape a measurement."""
     found = {"python": platform.python_version(), "platform": platform.platform(), "repose": installed.version()}
     for name in _PACKAGES:
         try:
@@ -31,12 +31,15 @@ CHECKSUM = "sha256"
 
 
 def sealed(values: Mapping[str, str]) -> dict[str, str]:
-    """The values of a metadata record with their checksum, the SHA-256 of their JSON with sorted keys."""
+    """Returns the values of a metadata record with their checksum, the SHA-256 of their JSON with sorted keys."""
     return {**values, CHECKSUM: _checksum(values)}
 
 
 def is_intact(record: Mapping[str, str]) -> bool:
-    """True if a record is as it was sealed, or never was: older recordings and other writers have no checksum."""
+    """Returns true if a record is as it was sealed, or never was.
+
+    Older recordings and other writers have no checksum.
+    """
     return CHECKSUM not in record or record[CHECKSUM] == _checksum(record)
 
 
@@ -76,13 +79,13 @@ class Provenance:
     attachments: tuple[Attachment, ...] = ()
 
     def session(self) -> dict[str, str]:
-        """The metadata record `session`."""
+        """Returns the metadata record `session`."""
         seed = "" if self.seed is None else str(self.seed)
         own = {"rig_id": self.rig_id, "started_ns": str(self.started_ns), "mode": self.mode, "seed": seed}
         return {**own, **self.extra}
 
     def files(self) -> tuple[Attachment, ...]:
-        """Everything that is attached."""
+        """Returns everything that is attached."""
         texts = {"rig.toml": self.rig_toml, "plan.toml": self.plan_toml, "calibration.toml": self.calibration}
         own = (Attachment(name=name, data=text.encode()) for name, text in texts.items() if text)
         return (*own, *self.attachments)

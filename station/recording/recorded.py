@@ -55,7 +55,7 @@ class Recorded:
 
 
 def topics_of(summary: Summary) -> dict[int, TopicInfo]:
-    """The topics that an index names, by the numbers of their channels."""
+    """Returns the topics that an index names, by the numbers of their channels."""
     counts = summary.statistics.channel_message_counts if summary.statistics is not None else {}
     found = dict[int, TopicInfo]()
     for number, channel in summary.channels.items():
@@ -66,7 +66,10 @@ def topics_of(summary: Summary) -> dict[int, TopicInfo]:
 
 
 def class_of(topic: str, schema: str) -> type[Message] | None:
-    """The class of a topic's messages; None if the schema is unknown, not that of this topic, or for viewers alone."""
+    """Returns the class of a topic's messages.
+
+    It is None if the schema is unknown, not that of this topic, or for viewers alone.
+    """
     if topic in FOR_VIEWERS:
         return None
     found = _CLASSES.get(schema)
@@ -74,7 +77,10 @@ def class_of(topic: str, schema: str) -> type[Message] | None:
 
 
 def message_of(cls: type[M], raw: RawMessage) -> M | None:
-    """The message as it stands in the file; None if it is none of this class, or has a time that no message has."""
+    """Returns the message as it stands in the file.
+
+    It is None if it is none of this class, or has a time that no message has.
+    """
     if max(raw.log_ns, raw.publish_ns) > LATEST_NS:
         return None
     try:

@@ -37,7 +37,7 @@ class Counts:
     malformed: dict[str, int]
 
     def metadata(self) -> dict[str, str]:
-        """The metadata record `recorder`: a total and a line for each topic that lost something."""
+        """Returns the metadata record `recorder`: a total and a line for each topic that lost something."""
         values = {"recorded": str(sum(self.recorded.values()))}
         for what in ("dropped", "missed", "duplicates", "malformed"):
             counts: dict[str, int] = getattr(self, what)

@@ -46,7 +46,7 @@ class Repaired:
 
 
 def repaired_path(path: Path) -> Path:
-    """The name of what is saved from `path`: without `.partial`, or `NAME.repaired.mcap`."""
+    """Returns the name of what is saved from `path`: without `.partial`, or `NAME.repaired.mcap`."""
     return path.with_suffix("") if path.suffix == PARTIAL else path.with_suffix(".repaired.mcap")
 
 

@@ -19,7 +19,7 @@ class Room:
         self._left = most_unpacked(file_bytes)
 
     def unpacked(self, chunk: Chunk) -> bytes:
-        """The records of a chunk.
+        """Returns the records of a chunk.
 
         Raises:
             BombError: if it claims more than is left.

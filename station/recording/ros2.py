@@ -53,14 +53,14 @@ Transform = tuple[str, str, Sequence[float], Sequence[float]]
 
 
 def string(text: str) -> bytes:
-    """A `STRING`."""
+    """Returns a `STRING`."""
     body = bytearray()
     _add_string(body, text)
     return bytes(_LITTLE_ENDIAN + body)
 
 
 def number(value: float, *, stamp_ns: int) -> bytes:
-    """A `NUMBER`; its variance is 0, which ROS calls unknown."""
+    """Returns a `NUMBER`; its variance is 0, which ROS calls unknown."""
     body = bytearray()
     _add_header(body, stamp_ns, frame="")
     _align(body, 8)
@@ -68,7 +68,7 @@ def number(value: float, *, stamp_ns: int) -> bytes:
 
 
 def transforms(items: Sequence[Transform], *, stamp_ns: int) -> bytes:
-    """A `TRANSFORMS`: all of one moment."""
+    """Returns a `TRANSFORMS`: all of one moment."""
     body = bytearray(_LENGTH.pack(len(items)))
     for parent, child, xyz_m, (w, x, y, z) in items:
         _add_header(body, stamp_ns, frame=parent)

@@ -62,7 +62,7 @@ class Salvage:
     """True if the attached files have checksums, as far as the index tells."""
 
     def read(self) -> Iterator[Block | Attachment | Metadata]:
-        """Everything that can be read, in the order of the file.
+        """Yields everything that can be read, in the order of the file.
 
         Raises:
             UserError: if the file cannot be opened or is no MCAP file at all.
@@ -80,7 +80,7 @@ class Salvage:
             raise UserError(f"Expected a recording at {self.path}, but it cannot be read: {error.strerror}") from error
 
     def _index(self, file: BinaryIO) -> Summary | None:
-        """The index of a finished file, if it can be read."""
+        """Returns the index of a finished file, if it can be read."""
         try:
             return read_index(file)
         except (*BROKEN, OSError):  # OSError: shorter than a footer, so that seeking back fails
@@ -149,6 +149,9 @@ class Salvage:
             self.findings.malformed[topic] = self.findings.malformed.get(topic, 0) + 1
 
     def _is_known(self, channel_id: int) -> bool:
-        """True for a channel that is there with its schema, if it has one: without it nobody can read its messages."""
+        """Returns true for a channel that is there with its schema, if it has one.
+
+        Without it nobody can read its messages.
+        """
         channel = self.channels.get(channel_id)
         return channel is not None and channel.schema_id in {0, *self.schemas}

@@ -27,12 +27,12 @@ class DirectionSummary:
 
 
 def is_kept(sample: Sample) -> bool:
-    """True if a sample counts in a mean: it slipped, and no filter rejected it."""
+    """Returns true if a sample counts in a mean: it slipped, and no filter rejected it."""
     return not sample.censored and not sample.flags
 
 
 def by_direction(samples: Sequence[Sample]) -> tuple[DirectionSummary, ...]:
-    """One summary for each direction that occurs, in order."""
+    """Returns one summary for each direction that occurs, in order."""
     return tuple(
         _summary(direction, [sample for sample in samples if sample.direction == direction])
         for direction in sorted({sample.direction for sample in samples})
@@ -54,12 +54,12 @@ def _summary(direction: int, samples: Sequence[Sample]) -> DirectionSummary:
 
 
 def degrees(angle_rad: float) -> str:
-    """An angle in degrees with two decimals; a dash without one."""
+    """Returns an angle in degrees with two decimals; a dash without one."""
     return "–" if math.isnan(angle_rad) else f"{math.degrees(angle_rad):.2f}"
 
 
 def sd_degrees(angle_rad: float) -> str:
-    """The standard deviation of such an angle, with as many decimals: "<0.01" where they would show zero."""
+    """Returns the standard deviation of such an angle, with as many decimals: "<0.01" where they would show zero."""
     if not angle_rad > 0:
         return "–"
     return "<0.01" if math.degrees(angle_rad) < 0.005 else degrees(angle_rad)

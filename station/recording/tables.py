@@ -55,12 +55,12 @@ def write_samples(
 
 
 def known_columns() -> tuple[str, ...]:
-    """The names of a sample's columns."""
+    """Returns the names of a sample's columns."""
     return tuple(_HINTS)
 
 
 def read_samples(path: Path, *, one_of: Collection[str] = (REQUIRED,)) -> tuple[Sample, ...]:
-    """The samples in a table (.csv, .parquet), which must have one of some columns, or in a recording (.mcap).
+    """Reads the samples in a table (.csv, .parquet), which must have one of some columns, or in a recording (.mcap).
 
     Raises:
         UserError: if the file is missing, of another kind, lacks these columns, or holds something that is no number.
@@ -88,7 +88,7 @@ def _write_parquet(samples: Sequence[Sample], path: Path, more: Mapping[str, Seq
 def arrow_table(  # pyright: ignore[reportUnknownParameterType]  # pyarrow has no types
     samples: Sequence[Sample], *, more: Mapping[str, Sequence[float]] = MappingProxyType({})
 ) -> pa.Table:
-    """The samples as a table of Arrow, with further columns as `write_samples` takes them."""
+    """Returns the samples as a table of Arrow, with further columns as `write_samples` takes them."""
     import pyarrow as pa  # noqa: PLC0415
 
     kinds: dict[Any, pa.DataType] = {
@@ -230,7 +230,7 @@ def _number(cell: str, name: str, kind: Any, where: str) -> Any:
 
 
 def _within(value: Any) -> Any:
-    """The value, unless it is a whole number of more than 64 bits, which no sample holds.
+    """Returns the value, unless it is a whole number of more than 64 bits, which no sample holds.
 
     Raises:
         ValueError: if it is.

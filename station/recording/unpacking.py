@@ -48,11 +48,11 @@ class Payloads(NamedTuple):
     end: Integers
 
     def select(self, chosen: NDArray[Any]) -> Payloads:
-        """The payloads that are chosen (n,)."""
+        """Returns the payloads that are chosen (n,)."""
         return Payloads(self.data, self.begin[chosen], self.end[chosen])
 
     def bytes(self, number: int) -> bytes:
-        """One of them."""
+        """Returns the bytes of one of them."""
         return self.data[self.begin[number] : self.end[number]].tobytes()
 
 
@@ -68,7 +68,7 @@ class Fields:
 
 
 def fields_of(cls: type[Message], payloads: Payloads, *, names: Mapping[str, int]) -> Fields:
-    """The fields of n payloads.
+    """Returns the fields of n payloads.
 
     Args:
         cls: their class.
@@ -98,7 +98,7 @@ class _Walk:
         self._doubles: NDArray[np.float64] = np.ndarray((count,), "<f8", buffer=self._data, strides=(1,))
 
     def read(self, slot: Slot, width: int | None) -> Any:
-        """The field's values (None: they are not wanted), and every payload that has it moved past it."""
+        """Returns the field's values (None: they are not wanted), and every payload that has it moved past it."""
         if slot.nested or slot.wire_kind not in _SCALARS or (slot.repeated and slot.wire_kind not in _PACKED):
             return None  # who has such a field stays before it
         tag = _tag(slot)
@@ -119,14 +119,14 @@ class _Walk:
         return values != 0 if slot.wire_kind == "bool" else values
 
     def _having(self, tag: bytes) -> Any:
-        """The payloads in which a tag is next; a slice if all are."""
+        """Returns the payloads in which a tag is next; a slice if all are."""
         has = (self._data[self.position] == tag[0]) & (self.position < self._end)
         for number, byte in enumerate(tag[1:], start=1):
             has &= self._data[self.position + number] == byte
         return slice(None) if has.all() else np.flatnonzero(has)
 
     def _spread(self, rows: Any, found: NDArray[Any]) -> NDArray[Any]:
-        """Values of some payloads, 0 for the others."""
+        """Returns values of some payloads, 0 for the others."""
         if isinstance(rows, slice):
             return found
         values = np.zeros(len(self.position), dtype=found.dtype)
@@ -141,7 +141,7 @@ class _Walk:
         self.void[rows] |= bad
 
     def _varint(self, rows: Any, at: Integers) -> tuple[Words, Integers]:
-        """Numbers in groups of seven bits, the lowest first, and where they end."""
+        """Returns numbers in groups of seven bits, the lowest first, and where they end."""
         first = self._data[at]
         if len(first) and first.max() <= 0x7F:
             return first.astype(np.uint64), at + 1
@@ -163,7 +163,7 @@ class _Walk:
         return value, past
 
     def _size(self, rows: Any, at: Integers) -> tuple[Integers, Integers]:
-        """The length of what follows, and where that begins; what is too long is refused."""
+        """Returns the length of what follows, and where that begins; what is too long is refused."""
         size, at = self._varint(rows, at)
         self._refuse(rows, size > _LONGEST)
         return np.minimum(size, _LONGEST).astype(np.int64), at
@@ -212,6 +212,6 @@ class _Walk:
 
 
 def _tag(slot: Slot) -> bytes:
-    """The bytes before a field: its number and the kind of what follows, in one or two groups of seven bits."""
+    """Returns the bytes before a field: its number and the kind of what follows, in one or two groups of seven bits."""
     number = slot.number << 3 | (2 if slot.repeated else _SCALARS[slot.wire_kind])
     return bytes([number]) if number < 0x80 else bytes([number & 0x7F | 0x80, number >> 7])

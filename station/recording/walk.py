@@ -46,7 +46,7 @@ class Gap:
 
 
 def walk(file: BinaryIO, entries: IndexEntries) -> Iterator[Record | Gap]:
-    """Every record of the data, and every gap between them, in the order of the file.
+    """Yields every record of the data, and every gap between them, in the order of the file.
 
     A file that does not say where its data ends is cut off: it ends with a gap, though it may be of no bytes.
     Behind a chunk stand the indexes of its messages: one of them that calls itself a message would add one that
@@ -66,14 +66,14 @@ def walk(file: BinaryIO, entries: IndexEntries) -> Iterator[Record | Gap]:
 
 
 def _is_end(record: Record, *, behind: int) -> bool:
-    """True for the end of the data, and for the footer, before which that end was not recognized."""
+    """Returns true for the end of the data, and for the footer, before which that end was not recognized."""
     if record.opcode == Opcode.FOOTER:
         return HEAD.size + len(record.content) == FOOTER_BYTES and behind == len(MAGIC)
     return record.opcode == Opcode.DATA_END and len(record.content) == _DATA_END_BYTES
 
 
 def _next(file: BinaryIO, position: int, entries: IndexEntries, size: int) -> tuple[Record | Gap, int]:
-    """The record or gap that begins there, and the offset of the next.
+    """Returns the record or gap that begins there, and the offset of the next.
 
     Some writers give a length of 0 in their index: a length that cannot be is taken from the record's head.
     """
@@ -96,7 +96,7 @@ def _named(file: BinaryIO, known: IndexEntry) -> Record:
 
 
 def holds_nothing(record: Record, *, indexed: bool) -> bool:
-    """True for a record that a repair makes anew: the header, the indexes, and what an index consists of.
+    """Returns true for a record that a repair makes anew: the header, the indexes, and what an index consists of.
 
     Where the file has an index, that index names everything else. Where it has none, a record of an index has nothing
     to do among the data: its kind is damaged.
@@ -112,7 +112,7 @@ def holds_nothing(record: Record, *, indexed: bool) -> bool:
 
 
 def _is_message_index(content: bytes) -> bool:
-    """An index of messages has a channel, a size in bytes, and so many bytes: a time and an offset for each message."""
+    """Returns true for an index of messages: a channel, a size in bytes, and so many bytes of times and offsets."""
     if len(content) < _MESSAGE_INDEX.size:
         return False
     _, size = _MESSAGE_INDEX.unpack_from(content)

@@ -47,7 +47,7 @@ class _Channel:
 
 
 def partial_path(path: Path) -> Path:
-    """The name of a recording while it grows."""
+    """Returns the name of a recording while it grows."""
     return path.with_name(path.name + PARTIAL)
 
 
@@ -105,7 +105,7 @@ class Recording:
         self._describe(self._provenance)
 
     def __enter__(self) -> Recording:
-        """Itself."""
+        """Returns itself."""
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -150,7 +150,7 @@ class Recording:
         self._writer.add_metadata(name, sealed(values))
 
     def offset_ns(self, agent: str) -> int:
-        """Station clock minus the agent's clock as last heard; 0 before that."""
+        """Returns the station's clock minus the agent's clock as last heard; 0 before that."""
         return self._offsets.get(agent, 0)
 
     def write_message(self, topic: str, message: Message, *, receive_ns: int) -> None:
@@ -290,7 +290,7 @@ class Recording:
             self._on_stopped(sentence)
 
     def let_go(self) -> None:
-        """Another process, born from this one, goes on with the recording: nothing more is written here."""
+        """Writes nothing more here: another process, born from this one, goes on with the recording."""
         self._closed = True
         self._file.let_go()
 

@@ -42,7 +42,7 @@ Row = tuple[str, int, int, Values]
 
 
 def can_start_writer_process() -> bool:
-    """True if there is a second processor, and a system on which a process can be split in two safely."""
+    """Returns true if there is a second processor, and a system on which a process can be split in two safely."""
     return CAN_SPLIT and usable_processors() > 1
 
 
@@ -70,7 +70,7 @@ class WriterProcess:
         self._closed = False
 
     def __enter__(self) -> WriterProcess:
-        """Itself."""
+        """Returns itself."""
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -105,7 +105,7 @@ class WriterProcess:
 
 
 def _write_all(pipe: Connection, other_end: Connection, recording: Recording) -> None:
-    """The other process: writes what comes until it is told that this was all, or nobody is left to say so."""
+    """Runs as the other process: writes what comes until it is told that this was all, or nobody is left to say so."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the session, which then closes the recording
     gc.disable()  # nothing here makes cycles of objects, and looking for them would cost a tenth
     other_end.close()
@@ -154,7 +154,7 @@ class _Packer:
         self._send_bytes(pickle.dumps(batch, pickle.HIGHEST_PROTOCOL))
 
     def _recipe(self, recipe: Recipe) -> tuple[int, Values]:
-        """A recipe; its own messages are taken apart as well, unless the other process has them already."""
+        """Returns a recipe; its own messages are taken apart as well, unless the other process has them already."""
         number, _ = self._known.get(recipe.make) or self._learn(recipe.make, _nothing)
         plain, apart = dict[str, Any](), dict[str, Apart]()
         for name, value in recipe.values.items():
@@ -176,7 +176,7 @@ class _Packer:
 
 
 def _nothing(_: Message) -> tuple[Any, ...]:
-    """A recipe's function has no fields."""
+    """Returns no fields, as a recipe's function has none."""
     return ()
 
 
@@ -188,7 +188,7 @@ class _Unpacker:
         self._newest: dict[int, Message] = {}
 
     def batch(self, data: bytes) -> Iterator[Received]:
-        """The messages of a batch, in its order."""
+        """Yields the messages of a batch, in its order."""
         batch: tuple[list[Make], list[Row]] = pickle.loads(data)
         new, rows = batch
         for make in new:
@@ -208,7 +208,7 @@ class _Unpacker:
 
 @cache
 def _reader(cls: type[Message]) -> Read:
-    """The fields of a message as a tuple."""
+    """Returns the fields of a message as a tuple."""
     specs = slots(cls)
     if len(specs) == 1:
         only, read_one = specs[0], attrgetter(specs[0].name)
@@ -234,7 +234,7 @@ def _reader(cls: type[Message]) -> Read:
 
 @cache
 def _maker(cls: type[Message]) -> Callable[[tuple[Any, ...]], Message]:
-    """The inverse of `_reader`."""
+    """Makes the inverse of `_reader`."""
     nested = [(k, spec.repeated, _maker(spec.kind)) for k, spec in enumerate(slots(cls)) if spec.nested]
     if not nested:
         return lambda values: cls(*values)

@@ -158,7 +158,7 @@ class ArmModel:
 
 
 def transform(xyz_m: ArrayLike, rpy_rad: Vector) -> Array:
-    """Homogeneous (4, 4) transform with URDF's angles: Rz(yaw) Ry(pitch) Rx(roll)."""
+    """Returns the homogeneous (4, 4) transform with URDF's angles: Rz(yaw) Ry(pitch) Rx(roll)."""
     (sr, sp, sy), (cr, cp, cy) = np.sin(rpy_rad), np.cos(rpy_rad)
     result = np.eye(4)
     result[:3, :3] = [
@@ -171,7 +171,7 @@ def transform(xyz_m: ArrayLike, rpy_rad: Vector) -> Array:
 
 
 def link_transforms(model: ArmModel, q: ArrayLike) -> Array:
-    """Frames of all links, base_from_link, (…, n, 4, 4), for the joint angles `q` in radians, (…, n)."""
+    """Returns the frames of all links, base_from_link, (…, n, 4, 4), for the joint angles `q` in radians, (…, n)."""
     steps = joint_transforms(model, q)
     for i in range(1, len(model.joints)):
         steps[..., i, :, :] = steps[..., i - 1, :, :] @ steps[..., i, :, :]
@@ -179,14 +179,14 @@ def link_transforms(model: ArmModel, q: ArrayLike) -> Array:
 
 
 def joint_transforms(model: ArmModel, q: ArrayLike) -> Array:
-    """Each link frame in the frame before it, (…, n, 4, 4), for the joint angles `q` in radians, (…, n)."""
+    """Returns each link frame in the frame before it, (…, n, 4, 4), for the joint angles `q` in radians, (…, n)."""
     fixed, sine, cosine = model.rodrigues
     angles = np.asarray(q, dtype=np.float64)[..., None, None]
     return fixed + np.sin(angles) * sine + np.cos(angles) * cosine
 
 
 def forward_kinematics(model: ArmModel, q: ArrayLike, *, world_from_base: Array | None = None) -> Array:
-    """world_from_flange, (4, 4), for joint angles `q` in radians, (n,).
+    """Returns world_from_flange, (4, 4), for joint angles `q` in radians, (n,).
 
     The base is the world unless `world_from_base` (4, 4) is given; its shift is in m.
     """
@@ -197,7 +197,7 @@ def forward_kinematics(model: ArmModel, q: ArrayLike, *, world_from_base: Array 
 
 
 def load_arm_model(name_or_path: str | Path) -> ArmModel:
-    """Read an arm's description: a name in `station/rig/models/` (such as jaco2_spherical) or a path to a TOML file.
+    """Reads an arm's description: a name in `station/rig/models/` (such as jaco2_spherical) or a path to a TOML file.
 
     Raises UserError naming the file when it is missing or does not describe an arm.
     """
@@ -218,7 +218,7 @@ def load_arm_model(name_or_path: str | Path) -> ArmModel:
 
 
 def _arm(table: dict[str, Any]) -> ArmModel:
-    """The model that a parsed file describes; KeyError, TypeError or ValueError when it is wrong."""
+    """Returns the model that a parsed file describes; KeyError, TypeError or ValueError when it is wrong."""
     joints = tuple(_joint(entry) for entry in table["joint"])
     home = tuple(float(angle) for angle in table["home_rad"])
     if len(home) != len(joints):
@@ -262,7 +262,7 @@ def _joint(entry: dict[str, Any]) -> Joint:
 
 
 def _hull(entry: dict[str, Any]) -> tuple[Vector, ...]:
-    """The corners of the link's hull, where one is given.
+    """Returns the corners of the link's hull, where one is given.
 
     Raises:
         ValueError: if they span no body.

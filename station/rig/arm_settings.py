@@ -86,11 +86,11 @@ class ArmSettings:
     options: Table = field(default_factory=lambda: Table({}))
 
     def base_yaw_rad(self, home_yaw_rad: float) -> float:
-        """The base's yaw; `home_yaw_rad` is the model's own."""
+        """Returns the base's yaw; `home_yaw_rad` is the model's own."""
         return home_yaw_rad if self.base_yaw_deg is None else math.radians(self.base_yaw_deg)
 
     def home_rad(self, own: Sequence[float]) -> Sequence[float]:
-        """The home pose; `own` is the model's."""
+        """Returns the home pose; `own` is the model's."""
         return [math.radians(angle) for angle in self.home_deg] or own
 
     @property
@@ -100,7 +100,7 @@ class ArmSettings:
 
 
 def arm_settings(rig: RigConfig) -> ArmSettings:
-    """The `[arm]` table of a rig.
+    """Returns the `[arm]` table of a rig.
 
     Raises:
         UserError: if it is wrong, or the rig inside a recording names a file as the arm's model.

@@ -22,7 +22,7 @@ _MARK_SHARE = 0.9
 
 
 def description(rig: RigConfig, arm: PlacedArm) -> str:
-    """The URDF of arm, plate with its foam, and block. Lengths are in metres."""
+    """Returns the URDF of arm, plate with its foam, and block. Lengths are in metres."""
     robot = xml.Element("robot", name=rig.id)
     _link(robot, WORLD, "")
     _capsule(_link(robot, BASE, WORLD), arm.model.base_capsule, looks.ARM_DARK)
@@ -40,14 +40,14 @@ def description(rig: RigConfig, arm: PlacedArm) -> str:
 
 
 def _below_the_plate(capsule: Capsule, flange_m: Vector) -> Capsule:
-    """The last link up to the plate's underside; a capsule's round end would look out of the plate."""
+    """Returns the last link up to the plate's underside; a capsule's round end would look out of the plate."""
     share = 1.0 - looks.PLATE_THICKNESS_M / max(math.dist(capsule.from_m, flange_m), looks.PLATE_THICKNESS_M)
     x, y, z = (a + share * (b - a) for a, b in zip(capsule.from_m, flange_m, strict=True))
     return replace(capsule, to_m=(x, y, z))
 
 
 def _plate(link: xml.Element, rig: RigConfig) -> None:
-    """The plate, whose top is the plane z = 0, and four strips of foam; the opening is drawn as a square."""
+    """Adds the plate, whose top is the plane z = 0, and four strips of foam; the opening is drawn as a square."""
     side, thickness, height = rig.plate.side_m, looks.PLATE_THICKNESS_M, looks.FOAM_HEIGHT_M
     _box(link, (side, side, thickness), (0.0, 0.0, -0.5 * thickness), looks.PLATE)
     width = 0.5 * (side - rig.plate.opening_m)
@@ -60,7 +60,7 @@ def _plate(link: xml.Element, rig: RigConfig) -> None:
 
 
 def _block(link: xml.Element, rig: RigConfig) -> None:
-    """The block about its middle, with its mark as thin as paper."""
+    """Adds the block about its middle, with its mark as thin as paper."""
     length, width, height = rig.block.size_m
     _box(link, (length, width, height), _ORIGIN, looks.BLOCK)
     mark = (_MARK_SHARE * length, _MARK_SHARE * width, 0.02 * height)
@@ -77,7 +77,7 @@ def _link(robot: xml.Element, name: str, parent: str) -> xml.Element:
 
 
 def _capsule(link: xml.Element, capsule: Capsule, colour: looks.Colour) -> None:
-    """A link's rough shape: a cylinder with a ball at each end.
+    """Adds a link's rough shape: a cylinder with a ball at each end.
 
     URDF has no capsule. Rerun 0.41 draws one, but begins it in the middle, so that the arm looks torn apart.
     """
@@ -102,7 +102,7 @@ def _box(link: xml.Element, size_m: Vector, at_m: Vector, colour: looks.Colour) 
 
 
 def _visual(link: xml.Element, at_m: Vector, rpy_rad: Vector, colour: looks.Colour) -> xml.Element:
-    """A new visual of a link; gives its geometry, still empty."""
+    """Returns a new visual of a link; gives its geometry, still empty."""
     visual = xml.SubElement(link, "visual")
     xml.SubElement(visual, "origin", xyz=_numbers(at_m), rpy=_numbers(rpy_rad))
     geometry = xml.SubElement(visual, "geometry")

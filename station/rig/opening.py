@@ -25,9 +25,14 @@ Bools = NDArray[np.bool_]
 
 
 def room_m(opening_m: float, half_m: Array, pose: tuple[Array, Array, Array]) -> Array:
-    """Distance (n,), m, of a square's outermost corner from a circle round the plate's middle, negative beyond it.
+    """Returns the distance (n,), m, of a square's outermost corner from a circle round the plate's middle.
 
-    `opening_m` is the circle's radius, `half_m` (n,) half the square's side, `pose` its x, y (m) and yaw (rad), (n,).
+    It is negative beyond the circle.
+
+    Args:
+        opening_m: the circle's radius, m.
+        half_m: (n,) half the square's side, m.
+        pose: x, y (m) and yaw (rad) of the square, each (n,).
     """
     x, y, yaw = pose
     cosine, sine = np.cos(yaw), np.sin(yaw)
@@ -55,7 +60,7 @@ class Opening:
         return max(float(inside_by_m(np.array(self.outline_m), np.zeros((1, 2)))[0]), 0.0)
 
     def room_m(self, half_m: Array, pose: tuple[Array, Array, Array]) -> Array:
-        """Distance (n,), m, of square blocks from the foam, negative in it; see `room_m` for the arguments.
+        """Returns the distance (n,), m, of square blocks from the foam, negative in it; see `room_m` for the arguments.
 
         `half_m` (n,), m, is half a block's side.
         """
@@ -64,9 +69,13 @@ class Opening:
         return room_m(self.radius_m, half_m, pose)
 
     def inward(self, half_m: Array, pose: tuple[Array, Array, Array]) -> Array:
-        """The unit vectors (n, 2) along which the foam pushes blocks: to the middle, or square to the nearest side.
+        """Returns the unit vectors (n, 2) along which the foam pushes blocks.
 
-        `half_m` (n,), m, is half a block's side, and `pose` its x, y (m) and yaw (rad) in the plate, (n,).
+        They point to the middle, or square to the nearest side.
+
+        Args:
+            half_m: (n,) half a block's side, m.
+            pose: x, y (m) and yaw (rad) of the blocks in the plate, each (n,).
         """
         if self.outline_m:
             return room_within(np.array(self.outline_m), half_m, pose)[1]
@@ -74,7 +83,7 @@ class Opening:
         return -away / np.maximum(np.linalg.norm(away, axis=-1, keepdims=True), 1e-9)
 
     def touches(self, corners_m: Array) -> Bools:
-        """True (n,) for blocks that touch the foam or lie in it; `corners_m`: (n, 4, 2), m, in the plate."""
+        """Returns true (n,) for blocks that touch the foam or lie in it; `corners_m`: (n, 4, 2), m, in the plate."""
         if self.outline_m:
             return touches_outline(np.array(self.outline_m), corners_m, TOUCH_M)
         return np.asarray(touches_round(self.radius_m, corners_m, TOUCH_M).any(axis=1))
@@ -82,9 +91,11 @@ class Opening:
     def way_m(self, corners_m: Array, pull: Array) -> Array:
         """Returns how far (n,), m, blocks can slide up to the foam.
 
-        The blocks have `corners_m` (n, 4, 2) in the plate, and slide along the unit vectors `pull` (n, 2).
-
         It is 0 for a block that touches foam that does not let it go that way, and inf where there is no foam.
+
+        Args:
+            corners_m: (n, 4, 2) the blocks' corners in the plate, m.
+            pull: (n, 2) unit vectors along which they slide.
         """
         if not self.walled:
             return np.full(len(corners_m), math.inf)
@@ -95,7 +106,7 @@ class Opening:
 
 
 def square_corners(half_m: float, pose: tuple[float, float, float]) -> Array:
-    """The corners (1, 4, 2), m, of a square block at a pose x, y (m) and yaw (rad)."""
+    """Returns the corners (1, 4, 2), m, of a square block at a pose x, y (m) and yaw (rad)."""
     x, y, yaw = pose
     turn = np.array([[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), math.cos(yaw)]])
     return (half_m * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) @ turn + np.array([x, y]))[None]

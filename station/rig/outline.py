@@ -8,18 +8,24 @@ from shared.geometry import Array
 
 
 def inside_by_m(outline_m: Array, place_m: Array) -> Array:
-    """Distance (n,), m, of places inside an outline from its nearest side; negative outside.
+    """Returns the distance (n,), m, of places inside an outline from its nearest side; negative outside.
 
-    A place of `place_m` (n, 2), m, is inside if a ray from it crosses an odd number of sides, so the outline may be
-    concave, and its corners `outline_m` (k, 2), m, may follow each other either way round.
+    A place is inside if a ray from it crosses an odd number of sides, so the outline may be concave, and its corners
+    may follow each other either way round.
+
+    Args:
+        outline_m: (k, 2) the outline's corners, m.
+        place_m: (n, 2) the places, m.
     """
     return nearest_side(outline_m, place_m)[0]
 
 
 def nearest_side(outline_m: Array, place_m: Array) -> tuple[Array, Array]:
-    """The distance `inside_by_m` (n,), m, and the unit vector (n, 2) that leads inwards from the nearest side.
+    """Returns the distance `inside_by_m` (n,), m, and the unit vector (n, 2) that leads inwards from the nearest side.
 
-    The places are `place_m` (n, 2), m, and the outline has the corners `outline_m` (k, 2), m.
+    Args:
+        outline_m: (k, 2) the outline's corners, m.
+        place_m: (n, 2) the places, m.
     """
     begin, end = outline_m, np.roll(outline_m, -1, axis=0)
     side, off = end - begin, place_m[:, None] - begin
@@ -40,17 +46,22 @@ def nearest_side(outline_m: Array, place_m: Array) -> tuple[Array, Array]:
 
 
 def turn_of(outline_m: Array) -> float:
-    """1 if the corners `outline_m` (k, 2) of an outline follow each other to the left, against the clock, or −1."""
+    """Returns 1 if the corners `outline_m` (k, 2) of an outline follow each other to the left, anticlockwise, or −1."""
     x, y = outline_m.T
     return float(np.sign((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()))
 
 
 def room_within(outline_m: Array, half_m: Array, pose: tuple[Array, Array, Array]) -> tuple[Array, Array]:
-    """Distance (n,), m, of square blocks from an outline, negative if they reach beyond it, and the way back (n, 2).
+    """Returns the distance (n,), m, of square blocks from an outline, and the way back (n, 2).
 
-    The outline has the corners `outline_m` (k, 2), m. `half_m` (n,), m, is half a square's side, `pose` its x, y (m)
-    and yaw (rad), (n,). Two outlines are nearest where a corner of one meets a side of the other: the block's corners
-    are looked at, and those of the outline, which may point into the opening.
+    The distance is negative for blocks that reach beyond the outline. Two outlines are nearest where a corner of one
+    meets a side of the other: the block's corners are looked at, and those of the outline, which may point into the
+    opening.
+
+    Args:
+        outline_m: (k, 2) the outline's corners, m.
+        half_m: (n,) half a square's side, m.
+        pose: x, y (m) and yaw (rad) of the squares, each (n,).
     """
     x, y, yaw = pose
     along, aside = np.stack([np.cos(yaw), np.sin(yaw)], axis=-1), np.stack([-np.sin(yaw), np.cos(yaw)], axis=-1)
@@ -69,7 +80,7 @@ def room_within(outline_m: Array, half_m: Array, pose: tuple[Array, Array, Array
 
 
 def _from_corner(off_m: Array, half_m: Array, along: Array, aside: Array) -> tuple[Array, Array]:
-    """Distance (n,), m, of squares from a corner `off_m` (n, 2) from their middles, and the way off it (n, 2)."""
+    """Gives the distance (n,), m, of squares from a corner `off_m` (n, 2) from their middle, and the way off (n, 2)."""
     place = np.stack([(off_m * along).sum(axis=-1), (off_m * aside).sum(axis=-1)], axis=-1)
     beyond = np.abs(place) - half_m[:, None]
     outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=-1)

@@ -42,7 +42,7 @@ class PlacedArm:
         return Step(parent=WORLD, child=BASE, xyz_m=(x, y, z), quaternion_wxyz=rotation)
 
     def links(self, position_rad: Sequence[float]) -> Iterator[Step]:
-        """Every link in the link before it, base first, for the joint angles (n,) in the model's order."""
+        """Yields every link in the link before it, base first, for the joint angles (n,) in the model's order."""
         parent = BASE
         for joint, origin, angle in zip(self.model.joints, self._origins, position_rad, strict=True):
             turned = _turned(origin, joint.axis, angle)
@@ -57,7 +57,7 @@ class PlacedArm:
 
 
 def placed_arm(rig: RigConfig) -> PlacedArm:
-    """The arm that a rig file describes.
+    """Returns the arm that a rig file describes.
 
     Raises:
         UserError: if its `[arm]` table is wrong or names an unknown model.
@@ -69,7 +69,7 @@ def placed_arm(rig: RigConfig) -> PlacedArm:
 
 
 def _turned(origin: Quaternion, axis: Vector, angle_rad: float) -> Quaternion:
-    """The quaternion product of a joint's origin and its turn about a unit axis."""
+    """Returns the quaternion product of a joint's origin and its turn about a unit axis."""
     w, x, y, z = origin
     sine, c = math.sin(0.5 * angle_rad), math.cos(0.5 * angle_rad)
     a, b, d = (sine * part for part in axis)

@@ -25,19 +25,19 @@ DIRECTIONS = 4
 
 
 def azimuth_of_direction(direction: int) -> float:
-    """Azimuth beta in radians of one of the paper's four directions; ValueError for any other number."""
+    """Returns the azimuth beta in radians of one of the paper's four directions; ValueError for any other number."""
     if direction not in range(DIRECTIONS):
         raise ValueError(f"a direction is 0, 1, 2 or 3, not {direction}")
     return direction * math.pi / 2
 
 
 def tilting_axis(azimuth_rad: float) -> Array:
-    """Unit vector t, (3,), about which the plate turns (equation 2); the same in the plate and in the world."""
+    """Returns the unit vector t, (3,), about which the plate turns (equation 2), in the plate as in the world."""
     return np.array([math.cos(azimuth_rad), math.sin(azimuth_rad), 0.0])
 
 
 def tilt_rotation(angle_rad: float, *, azimuth_rad: float) -> Array:
-    """world_from_plate, (3, 3): the turn by `angle_rad` about the tilting axis (Rodrigues)."""
+    """Returns world_from_plate, (3, 3): the turn by `angle_rad` about the tilting axis (Rodrigues)."""
     x, y, _ = tilting_axis(azimuth_rad)
     sine, cosine = math.sin(angle_rad), math.cos(angle_rad)
     rest = 1 - cosine
@@ -51,28 +51,28 @@ def tilt_rotation(angle_rad: float, *, azimuth_rad: float) -> Array:
 
 
 def plate_normal(angle_rad: float, *, azimuth_rad: float) -> Array:
-    """The plate's normal n in the world, (3,) (equation 3)."""
+    """Returns the plate's normal n in the world, (3,) (equation 3)."""
     return tilt_rotation(angle_rad, azimuth_rad=azimuth_rad)[:, 2]
 
 
 def steepest_descent(angle_rad: float, *, azimuth_rad: float) -> Array:
-    """The steepest way down d in the world, a unit vector (3,) (equation 4)."""
+    """Returns the steepest way down d in the world, a unit vector (3,) (equation 4)."""
     return np.cross(tilting_axis(azimuth_rad), plate_normal(angle_rad, azimuth_rad=azimuth_rad))
 
 
 def downhill_in_plate(azimuth_rad: float) -> Array:
-    """The steepest way down in the plate frame, a unit vector (3,); it does not depend on the angle."""
+    """Returns the steepest way down in the plate frame, a unit vector (3,); it does not depend on the angle."""
     return np.array([math.sin(azimuth_rad), -math.cos(azimuth_rad), 0.0])
 
 
 def gravity_in_plate(angle_rad: float, *, azimuth_rad: float, gravity_m_s2: float = 9.81) -> Array:
-    """Gravity in the plate frame, (3,), m/s^2."""
+    """Returns gravity in the plate frame, (3,), m/s^2."""
     along = math.sin(angle_rad) * downhill_in_plate(azimuth_rad)
     return gravity_m_s2 * (along - np.array([0.0, 0.0, math.cos(angle_rad)]))
 
 
 def tilt_of_rotation(world_from_plate: Array) -> tuple[float, float]:
-    """Angle and azimuth in radians of a plate with `world_from_plate` (3, 3); the azimuth is 0 when it is level.
+    """Gives angle and azimuth in radians of a plate with `world_from_plate` (3, 3); the azimuth is 0 when it is level.
 
     Inverse of tilt_rotation, also for a plate that is turned about its own normal: the azimuth then is that of the
     axis in the plate frame.

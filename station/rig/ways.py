@@ -14,16 +14,21 @@ Bools = NDArray[np.bool_]
 
 
 def touches_round(radius_m: float, corners_m: Array, touch_m: float) -> Bools:
-    """True (n, 4) for `corners_m` (n, 4, 2) within `touch_m` of a circle round the middle, or beyond it."""
+    """Returns true (n, 4) for `corners_m` (n, 4, 2) within `touch_m` of a circle round the middle, or beyond it."""
     return np.linalg.norm(corners_m, axis=2) > radius_m - touch_m
 
 
 def way_in_round(radius_m: float, corners_m: Array, pull: Array, *, touch_m: float, lets_go: float) -> Array:
-    """The way (n,), m, until a corner meets the circle; 0 where foam holds a corner.
-
-    The blocks have `corners_m` (n, 4, 2) from the middle, and slide along the unit vectors `pull` (n, 2).
+    """Returns the way (n,), m, until a corner meets the circle; 0 where foam holds a corner.
 
     Foam holds what touches it and is not pulled inwards by more than `lets_go`, a sine.
+
+    Args:
+        radius_m: the circle's radius, m.
+        corners_m: (n, 4, 2) the blocks' corners from the middle, m.
+        pull: (n, 2) unit vectors along which they slide.
+        touch_m: how near to the foam a corner touches it, m.
+        lets_go: the sine of the least angle inwards at which foam lets a block go.
     """
     away = np.linalg.norm(corners_m, axis=2)
     outwards = (corners_m * pull[:, None]).sum(axis=2)
@@ -34,17 +39,25 @@ def way_in_round(radius_m: float, corners_m: Array, pull: Array, *, touch_m: flo
 
 
 def touches_outline(outline_m: Array, corners_m: Array, touch_m: float) -> Bools:
-    """True (n,) for blocks that come within `touch_m` of an outline, or beyond it.
+    """Returns true (n,) for blocks that come within `touch_m` of an outline, or beyond it.
 
-    The blocks have `corners_m` (n, 4, 2), and the outline has the corners `outline_m` (k, 2).
+    Args:
+        outline_m: (k, 2) the outline's corners, m.
+        corners_m: (n, 4, 2) the blocks' corners, m.
+        touch_m: how near to the outline a block touches it, m.
     """
     return np.array([any(room < touch_m for room, _ in _contacts(outline_m, block)) for block in corners_m], dtype=bool)
 
 
 def way_in_outline(outline_m: Array, corners_m: Array, pull: Array, *, touch_m: float, lets_go: float) -> Array:
-    """The way (n,), m, as `way_in_round` has it, in an outline.
+    """Returns the way (n,), m, as `way_in_round` has it, in an outline.
 
-    The blocks have `corners_m` (n, 4, 2), slide along unit vectors `pull` (n, 2), and `outline_m` (k, 2) are corners.
+    Args:
+        outline_m: (k, 2) the outline's corners, m.
+        corners_m: (n, 4, 2) the blocks' corners, m.
+        pull: (n, 2) unit vectors along which they slide.
+        touch_m: how near to the outline a corner touches it, m.
+        lets_go: the sine of the least angle inwards at which foam lets a block go.
     """
     ways = np.empty(len(corners_m))
     for row, (block, along) in enumerate(zip(corners_m, pull, strict=True)):
@@ -56,14 +69,17 @@ def way_in_outline(outline_m: Array, corners_m: Array, pull: Array, *, touch_m: 
 
 
 def _contacts(outline_m: Array, block_m: Array) -> list[tuple[float, Array]]:
-    """Distance (m, negative beyond) and way back (2,) of each corner of a block, and of the outline from the block."""
+    """Returns the distance (m) and way back (2,) of each corner of a block, and of the outline from the block.
+
+    Distances are negative beyond.
+    """
     rooms, inwards = nearest_side(outline_m, block_m)
     depths, apart = nearest_side(block_m, outline_m)
     return [*zip(rooms.tolist(), inwards, strict=True), *zip((-depths).tolist(), apart, strict=True)]
 
 
 def _meeting(points_m: Array, along: Array, outline_m: Array, *, leaving: bool) -> float:
-    """The least way (m) of points (n, 2) along a unit vector until one leaves an outline (k, 2), or enters it."""
+    """Gives the least way (m) of points (n, 2) along a unit vector until one leaves an outline (k, 2), or enters it."""
     begin, end = outline_m, np.roll(outline_m, -1, axis=0)
     side, off = end - begin, begin[None] - points_m[:, None]
     across = along[0] * side[:, 1] - along[1] * side[:, 0]

@@ -31,7 +31,7 @@ class AngleRange:
         self._held = True
 
     def bounds_rad(self, sector: int, *, limit_rad: float) -> tuple[float, float]:
-        """The lowest and highest angle to try; `limit_rad` is what the arm can reach in this direction."""
+        """Returns the lowest and highest angle to try; `limit_rad` is what the arm can reach in this direction."""
         top = min(np.radians(self._plan.max_deg), limit_rad)
         onsets = self._onsets_rad[sector]
         # One onset has no spread.
@@ -41,7 +41,7 @@ class AngleRange:
         return min(max(0.0, mean - spread), top), min(mean + spread, top)
 
     def steps_rad(self, sector: int, *, limit_rad: float) -> tuple[float, ...]:
-        """The angles to go to, ascending. The first is the lower bound itself, unless that is level."""
+        """Returns the angles to go to, ascending. The first is the lower bound itself, unless that is level."""
         low, high = self.bounds_rad(sector, limit_rad=limit_rad)
         angles = np.linspace(low, high, self._plan.steps + 1)
         return tuple(float(angle) for angle in (angles if low > 0 else angles[1:]))

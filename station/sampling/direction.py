@@ -28,14 +28,14 @@ class Direction:
 
 
 def candidates(plan: DirectionPlan) -> tuple[Direction, ...]:
-    """All directions that may be chosen."""
+    """Returns all directions that may be chosen."""
     if plan.mode == "four":
         return tuple(Direction(number, number * math.pi / 2) for number in sorted(set(plan.some)))
     return tuple(Direction(FREE, k * 2 * math.pi / FREE_CHOICES) for k in range(FREE_CHOICES))
 
 
 def slide_in_image(azimuth_rad: float) -> tuple[float, float]:
-    """Unit vector in the image (x right, y down) along which the block slides when tilted at β.
+    """Returns the unit vector in the image (x right, y down) along which the block slides when tilted at β.
 
     Downhill in the plate frame is t × k = (sin β, −cos β) (paper, equation 4); the image's y is the plate's −y.
     """
@@ -43,7 +43,10 @@ def slide_in_image(azimuth_rad: float) -> tuple[float, float]:
 
 
 def distance_to_border_px(centre_px: tuple[float, float], *, azimuth_rad: float, size_px: tuple[int, int]) -> float:
-    """The distance of the block's centre from the image's border along its slide, in pixels; 0 outside the image."""
+    """Returns the distance of the block's centre from the image's border along its slide, in pixels.
+
+    It is 0 outside the image.
+    """
     distances = []
     for place, step, length in zip(centre_px, slide_in_image(azimuth_rad), size_px, strict=True):
         if abs(step) > 1e-9:

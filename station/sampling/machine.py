@@ -169,7 +169,7 @@ class SamplingMachine:
             self._phases.conclude()
 
     def _fresh(self, frame_ns: int) -> bool:
-        """True if a frame shows what is now, by its capture time; an older one is kept, but decides nothing.
+        """Returns true if a frame shows what is now, by its capture time; an older one is kept, but decides nothing.
 
         A frame may be as old as corners may stay away (`silence_s`): it is as good as none then.
         """
@@ -221,13 +221,13 @@ class SamplingMachine:
             self._phases.arrived()
 
     def _moved_by_itself(self, message: MotionReport) -> bool:
-        """True if the arm held or levelled on its own order during this very run."""
+        """Returns true if the arm held or levelled on its own order during this very run."""
         begin_ns = self._tracks.by_station_ns(message.begin_ns, agent="arm")
         running = self._state.phase not in ("START", "ABORTED", "PAUSED")
         return running and begin_ns is not None and begin_ns > self._state.run.start_ns
 
     def _of_an_earlier_session(self, message: MotionReport) -> bool:
-        """True if a report from the arm agent's cache is older than the request for this very motion."""
+        """Returns true if a report from the arm agent's cache is older than the request for this very motion."""
         begin_ns = self._tracks.by_station_ns(message.begin_ns, agent="arm")
         return begin_ns is not None and begin_ns < self._state.asked_ns - _STALE_NS
 

@@ -25,7 +25,10 @@ class Outage:
         self._asked_ns = 0
 
     def over(self) -> bool:
-        """True once the session may go on; levels the plate meanwhile, and ends a session that may wait no longer."""
+        """Returns true once the session may go on.
+
+        It levels the plate meanwhile, and ends a session that may wait no longer.
+        """
         state = self._state
         if state.absent:
             self._back_ns = state.now_ns

@@ -47,7 +47,7 @@ class Difference:
         return next(found for found in pairs if not _same(found[1], found[2]))
 
     def __str__(self) -> str:
-        """The difference in one sentence."""
+        """Returns the difference in one sentence."""
         if self.recorded is None or self.replayed is None or type(self.recorded) is not type(self.replayed):
             return f"decision {self.number}: recorded {self.recorded}, replayed {self.replayed}"
         names = [
@@ -146,7 +146,7 @@ class _Lane:
         self.recorded = before
 
     def compare(self, *, whole: bool = False) -> tuple[int, Difference | None]:
-        """The number of decisions that agree, and the first that does not.
+        """Returns the number of decisions that agree, and the first that does not.
 
         A recording may end between an input and the decision that follows from it, but not the other way round. A
         `whole` one holds every decision but those of its last moment.
@@ -186,7 +186,10 @@ def _equal(one: Message, other: Message) -> bool:
 
 
 def _same(one: object, other: object) -> bool:
-    """True if both are equal, or both nan; floats may differ by rounding, as libraries sum in varying orders."""
+    """Returns true if both are equal, or both nan.
+
+    Floats may differ by rounding, as libraries sum in varying orders.
+    """
     if isinstance(one, float) and isinstance(other, float):
         return math.isclose(one, other, rel_tol=_ROUNDING, abs_tol=_ROUNDING) or (math.isnan(one) and math.isnan(other))
     if isinstance(one, tuple) and isinstance(other, tuple):

@@ -78,7 +78,7 @@ class Run:
         self.steps.append((motion.begin_ns, self.angles_rad[motion.step - 1]))
 
     def bracket_rad(self, at_ns: int) -> tuple[float, float]:
-        """The tilt step in which a moment fell: where it started and where it was to end."""
+        """Returns the tilt step in which a moment fell: where it started and where it was to end."""
         before, target = 0.0, self.steps[0][1] if self.steps else 0.0
         for begin_ns, angle in self.steps:
             if begin_ns > at_ns:
@@ -96,7 +96,10 @@ class Run:
         rate_rad_s: float,
         environment: Environment | None,
     ) -> Sample:
-        """The run as a Sample: Table II and more; `start` is the block's place before it: x, y (m) and yaw (rad)."""
+        """Returns the run as a Sample: Table II and more.
+
+        `start` is the block's place before it: x, y (m) and yaw (rad).
+        """
         reference = self.reference or Reference((), ())
         x, y, yaw = start
         low, high = self.bracket_rad(self.slip_ns or self.detect_ns)

@@ -8,24 +8,27 @@ from station.sampling.plan import SlipPlan
 
 
 def threshold_px(plan: SlipPlan, *, tilt_rad: float) -> float:
-    """The threshold l in pixels; θ, in degrees, allows for a camera that sags as it is tilted."""
+    """Returns the threshold l in pixels; θ, in degrees, allows for a camera that sags as it is tilted."""
     return plan.base_px + plan.per_deg_px * math.degrees(tilt_rad)
 
 
 def displacements_px(corners_px: tuple[float, ...], reference_px: tuple[float, ...]) -> tuple[float, ...]:
-    """The distance of each corner from its reference, in pixels."""
+    """Returns the distance of each corner from its reference, in pixels."""
     steps = [seen - before for seen, before in zip(corners_px, reference_px, strict=True)]
     return tuple(math.hypot(x, y) for x, y in zip(steps[0::2], steps[1::2], strict=True))
 
 
 def within(corners_px: tuple[float, ...], reference_px: tuple[float, ...], *, limit_px: float) -> bool:
-    """True if every corner is surely within `limit_px` of its reference: a quick test for a block that lies still."""
+    """Returns true if every corner is surely within `limit_px` of its reference.
+
+    It is a quick test for a block that lies still.
+    """
     # No corner is farther away than all of them together; a thousandth is room for rounding.
     return math.dist(corners_px, reference_px) < 0.999 * limit_px
 
 
 def slipped(plan: SlipPlan, *, corners_px: tuple[float, ...], reference_px: tuple[float, ...], tilt_rad: float) -> bool:
-    """True if the rule reports a slip for this frame."""
+    """Returns true if the rule reports a slip for this frame."""
     limit = threshold_px(plan, tilt_rad=tilt_rad)
     if within(corners_px, reference_px, limit_px=limit):
         return False

@@ -59,11 +59,11 @@ class State:
     # --- time --------------------------------------------------------------------------------------------------------
 
     def since(self, stamp_ns: int) -> float:
-        """Seconds from a moment until now."""
+        """Returns seconds from a moment until now."""
         return (self.now_ns - stamp_ns) * 1e-9
 
     def waited(self, seconds: float) -> bool:
-        """True if the phase has lasted longer than that."""
+        """Returns true if the phase has lasted longer than that."""
         return self.since(self.phase_ns) > seconds
 
     # --- phases ------------------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ _LOOKING = ("REFERENCE", "TILT")
 
 
 def overdue(state: State) -> str:
-    """The reason why the run must be given up now, in one sentence; empty while nothing is overdue."""
+    """Returns the reason why the run must be given up now, in one sentence; empty while nothing is overdue."""
     plan = state.plan
     if state.awaited and state.since(state.asked_ns) > plan.timeout_s:
         return f"expected the arm to finish its motion within {plan.timeout_s:g} s, it did not"
@@ -57,7 +57,7 @@ def _blind(state: State, seconds: float) -> str:
 
 
 def not_begun(state: State, *, geometry: bool, attitude: bool) -> str:
-    """The reason why the session cannot begin, in one sentence; empty while it is too early to say."""
+    """Returns the reason why the session cannot begin, in one sentence; empty while it is too early to say."""
     if not state.waited(state.plan.timeout_s):
         return ""
     missing = {

@@ -20,7 +20,7 @@ _FRAMES = 540
 
 
 def usable(message: MarkerCorners) -> bool:
-    """True if a frame shows where the marker is: found, with four finite corners."""
+    """Returns true if a frame shows where the marker is: found, with four finite corners."""
     return message.found and len(message.corners_px) == 8 and math.isfinite(sum(message.corners_px))
 
 
@@ -46,7 +46,7 @@ class Tracks:
         self._sigmas_ns[message.agent] = message.sigma_ns
 
     def by_station_ns(self, stamp_ns: int, *, agent: str) -> int | None:
-        """An agent's stamp on the station's clock; None while that agent's clock is not known."""
+        """Returns an agent's stamp on the station's clock; None while that agent's clock is not known."""
         offset_ns = self._offsets_ns.get(agent)
         return None if offset_ns is None else stamp_ns + offset_ns
 
@@ -66,7 +66,7 @@ class Tracks:
         return True
 
     def repeats(self, message: MarkerCorners) -> bool:
-        """True if a frame is the one before again: stamped no later, or with the very same corners.
+        """Returns true if a frame is the one before again: stamped no later, or with the very same corners.
 
         A camera without noise, which says so (`noiseless`, or a `sigma_px` of zero), gives the same corners for as long
         as the block lies still; with noise that does not happen to eight numbers at once.
@@ -91,13 +91,13 @@ class Tracks:
         return True
 
     def pose_of(self, corners_px: tuple[float, ...]) -> tuple[float, float, float]:
-        """The block's x, y (m) and yaw (rad) on the plate; zeros without corners or calibration."""
+        """Returns the block's x, y (m) and yaw (rad) on the plate; zeros without corners or calibration."""
         if self.geometry is None or not corners_px:
             return 0.0, 0.0, 0.0
         return block_pose_of(self._straight(corners_px).ravel().tolist(), self.geometry)
 
     def _straight(self, corners_px: ArrayLike) -> NDArray[np.float64]:
-        """Points (n, 2) without the lens's distortion, as the plate's homography expects them."""
+        """Returns points (n, 2) without the lens's distortion, as the plate's homography expects them."""
         points = np.reshape(np.asarray(corners_px, dtype=np.float64), (-1, 2))
         lens = self.lens
         return points if lens is None else undistort(points, intrinsics=lens.K, distortion=lens.D)
@@ -111,22 +111,22 @@ class Tracks:
         return float(opening.way_m(block, pull)[0]) * 1e3 / self.geometry.mm_per_px
 
     def mean_euler_rad(self, *, from_ns: int) -> tuple[float, float, float]:
-        """Mean of the attitude readings since `from_ns`."""
+        """Returns the mean of the attitude readings since `from_ns`."""
         readings = [q for stamp, q in self._quaternions if stamp >= from_ns] or [self._quaternions[-1][1]]
         mean = np.mean([euler_of(*q) for q in readings], axis=0)
         return float(mean[0]), float(mean[1]), float(mean[2])
 
     def mean_tilt_rad(self, *, from_ns: int) -> float:
-        """Mean tilt since `from_ns`."""
+        """Returns the mean tilt since `from_ns`."""
         return float(np.mean([tilt for stamp, tilt in self._attitudes if stamp >= from_ns] or [self.tilt_rad]))
 
     def mean_corners_px(self, count: int) -> tuple[float, ...]:
-        """Mean of the last `count` frames' corners; empty if there are none."""
+        """Returns the mean of the last `count` frames' corners; empty if there are none."""
         frames = [corners for _, corners in list(self._frames)[-count:]]
         return tuple(float(value) for value in np.mean(frames, axis=0)) if frames else ()
 
     def onset(self, *, since_ns: int, detect_ns: int, downhill: tuple[float, float], sigma_px: float) -> Onset | None:
-        """The onset of the slide that the rule detected at `detect_ns`, fitted to all frames since `since_ns`."""
+        """Gives the onset of the slide that the rule detected at `detect_ns`, fitted to all frames since `since_ns`."""
         if self.geometry is None:
             return None
         frames = [(stamp, corners) for stamp, corners in self._frames if since_ns <= stamp <= detect_ns]

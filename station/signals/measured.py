@@ -37,5 +37,5 @@ class Measured:
         return len(self.samples)
 
     def column(self, name: str) -> Column:
-        """The numbers (n,) of a column; nan where there are none."""
+        """Returns the numbers (n,) of a column; nan where there are none."""
         return self.more.get(name, np.full(len(self), np.nan))

@@ -34,7 +34,10 @@ Acceleration = Callable[[Array], Array]
 
 
 def pivot_in_plate(known: AttitudeTrack, time_s: Array) -> Array | None:
-    """The pivot's acceleration (n, 3) in P, m/s², at readings at times `time_s` (n,), s; None where it is not known."""
+    """Returns the pivot's acceleration (n, 3) in P, m/s², at readings at times `time_s` (n,), s.
+
+    It is None where it is not known.
+    """
     acceleration = pivot_acceleration(time_s, known.pivot_m)
     if acceleration is None:
         return None
@@ -43,7 +46,7 @@ def pivot_in_plate(known: AttitudeTrack, time_s: Array) -> Array | None:
 
 
 def pivot_acceleration(time_s: Array, pivot_m: Array) -> Acceleration | None:
-    """The function that interpolates the pivot's acceleration in the world: from times (m,), s, to (m, 3), m/s².
+    """Gives the function that interpolates the pivot's acceleration in the world: from times (m,), s, to (m, 3), m/s².
 
     It is None if the recording has no places of the pivot, if they do not change, or if they are too noisy.
 

@@ -41,7 +41,7 @@ class Signals:
     samples: tuple[Sample, ...] = ()
 
     def between(self, from_ns: int, to_ns: int) -> Signals:
-        """The part with from_ns ≤ capture time < to_ns, as views; samples whose run began in it."""
+        """Returns the part with from_ns ≤ capture time < to_ns, as views; samples whose run began in it."""
         return replace(
             self,
             corners=self.corners.between(from_ns, to_ns),
@@ -63,7 +63,7 @@ class Signals:
         return tuple(int(self.events.run[row]) for row in np.sort(first))
 
     def span_ns(self, run: int) -> tuple[int, int]:
-        """First and last event of a run.
+        """Returns the first and the last event of a run.
 
         Raises:
             KeyError: if the run has no events.
@@ -74,7 +74,7 @@ class Signals:
         return int(times.min()), int(times.max())
 
     def run(self, run: int) -> Signals:
-        """The part from the first to the last event of a run, both included, with that run's sample."""
+        """Returns the part from the first to the last event of a run, both included, with that run's sample."""
         first_ns, last_ns = self.span_ns(run)
         part = self.between(first_ns, last_ns + 1)
         return replace(part, samples=tuple(sample for sample in self.samples if sample.run == run))

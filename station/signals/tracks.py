@@ -28,11 +28,11 @@ class Track:
         return len(self.time_ns)
 
     def select(self: T, chosen: slice | Booleans | Integers) -> T:
-        """The chosen moments (n,); a slice gives views, not copies."""
+        """Returns the chosen moments (n,); a slice gives views, not copies."""
         return type(self)(**{spec.name: getattr(self, spec.name)[chosen] for spec in fields(self)})
 
     def between(self: T, from_ns: int, to_ns: int) -> T:
-        """The moments with from_ns ≤ time < to_ns, as views."""
+        """Returns the moments with from_ns ≤ time < to_ns, as views."""
         first, last = np.searchsorted(self.time_ns, (from_ns, to_ns))
         return self.select(slice(int(first), int(last)))
 
@@ -59,15 +59,15 @@ class CornerTrack(Track):
         return self.time_ns[:, None] + self.corner_dt_ns
 
     def seen(self) -> CornerTrack:
-        """The frames in which the marker was found."""
+        """Returns the frames in which the marker was found."""
         return self.select(self.found)
 
     def on_plate(self, geometry: CameraGeometry) -> Array:
-        """The corners (n, 4, 2) in the plate frame, metres, the parallax of the mark's height undone."""
+        """Returns the corners (n, 4, 2) in the plate frame, metres, the parallax of the mark's height undone."""
         return corners_on_plate(self.corner_px.reshape(-1, 2), geometry).reshape(-1, 4, 2)
 
     def pose(self, geometry: CameraGeometry) -> Array:
-        """The block's x, y (m) and yaw (rad) in the plate frame (n, 3), by least squares; the yaw is unwrapped.
+        """Returns the block's x, y (m) and yaw (rad) in the plate frame (n, 3), by least squares; the yaw is unwrapped.
 
         The same fit as `shared.geometry.block_pose_of`, for all frames at once.
         """
@@ -103,7 +103,7 @@ class AttitudeTrack(Track):
     pivot_m: Array
 
     def known(self) -> AttitudeTrack:
-        """The readings that have an attitude, without those that are not later than the reading before."""
+        """Returns the readings that have an attitude, without those that are not later than the reading before."""
         rises = np.diff(self.time_ns, prepend=self.time_ns[:1] - 1) > 0
         known = rises & np.isfinite(self.quaternion).all(axis=1)
         return self if known.all() else self.select(known)
@@ -119,7 +119,7 @@ class AttitudeTrack(Track):
         return _gravity(self.quaternion)
 
     def at(self, time_ns: ArrayLike) -> Array:
-        """world_from_plate (m, 4) at other times (m,), normalised linear between neighbours, held beyond the ends.
+        """Returns world_from_plate (m, 4) at other times (m,), normalised linear between neighbours, held beyond ends.
 
         At 100 Hz and 10 °/s neighbours are 0.1° apart: the error against the great circle is below 1e-10 rad.
 
@@ -137,11 +137,11 @@ class AttitudeTrack(Track):
         return mixed / np.linalg.norm(mixed, axis=-1, keepdims=True)
 
     def tilt_at(self, time_ns: ArrayLike) -> Array:
-        """The tilt (m,) in radians at other times (m,)."""
+        """Returns the tilt (m,) in radians at other times (m,)."""
         return _tilt_rad(self.at(time_ns))
 
     def gravity_at(self, time_ns: ArrayLike) -> Array:
-        """The unit vector of gravity in the plate frame (m, 3) at other times (m,)."""
+        """Returns the unit vector of gravity in the plate frame (m, 3) at other times (m,)."""
         return _gravity(self.at(time_ns))
 
 
@@ -186,7 +186,7 @@ class EventTrack(Track):
     reason: Texts
 
     def first(self, phase: str, *, run: int) -> int | None:
-        """The moment at which a phase of a run first began; None if it never did."""
+        """Returns the moment at which a phase of a run first began; None if it never did."""
         found = np.flatnonzero((self.run == run) & (self.phase == phase))
         return int(self.time_ns[found[0]]) if len(found) else None
 
@@ -205,13 +205,13 @@ def _tilt_rad(quaternion: Array) -> Array:
 
 
 def _gravity(quaternion: Array) -> Array:
-    """The last row of −R, R being world_from_plate: down, as the plate sees it."""
+    """Returns the last row of −R, R being world_from_plate: down, as the plate sees it."""
     w, x, y, z = np.moveaxis(quaternion / np.linalg.norm(quaternion, axis=-1, keepdims=True), -1, 0)
     return -np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=-1)
 
 
 def _aligned(quaternion: Array) -> Array:
-    """The same rotations with signs chosen so that neighbours are near each other (q and −q are one rotation)."""
+    """Gives the same rotations with signs chosen so that neighbours are near each other (q and −q are one rotation)."""
     flips = np.sum(quaternion[1:] * quaternion[:-1], axis=1) < 0
     signs = np.concatenate([[1.0], np.cumprod(np.where(flips, -1.0, 1.0))])
     return quaternion * signs[:, None]

@@ -34,7 +34,9 @@ CURES = {
 
 
 def artefacts(simulated: Signals, *, mu_s: float) -> list[dict[str, Any]]:
-    """The artefacts found: dicts of id, size, unit, cured_by, before and after (None: nothing was simulated again).
+    """Returns the artefacts found: dicts of id, size, unit, cured_by, before and after.
+
+    `after` is None, as nothing is simulated again.
 
     Args:
         simulated: the signals of a recording that a simulator made.
@@ -68,7 +70,7 @@ def _creep(simulated: Signals, runs: list[RecordedRun], mu_s: float) -> list[dic
 
 
 def _drift(simulated: Signals, poses: Poses, run: RecordedRun) -> tuple[float, float] | None:
-    """g ∫ sin θ dt (m/s) from the tilt's beginning to nine tenths of the onset, and the way down (m) by then."""
+    """Gives g ∫ sin θ dt (m/s) from the tilt's beginning to nine tenths of the onset, and the way down (m) by then."""
     sample = run.sample
     if sample is None:
         return None
@@ -107,7 +109,7 @@ def _cone(simulated: Signals, runs: list[RecordedRun], mu_s: float) -> list[dict
 
 
 def _slope(by: Array, values: Array) -> tuple[float, float]:
-    """The slope of values (n,) by another quantity, and its standard error; (0, 0) where that does not vary."""
+    """Returns the slope of values (n,) by another quantity, and its standard error; (0, 0) where that does not vary."""
     off = by - by.mean()
     square = float(off @ off)
     if not square > 0.0:

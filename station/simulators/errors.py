@@ -29,7 +29,7 @@ class Errors:
     turn_deg: Array
 
     def summary(self) -> dict[str, Any]:
-        """Plain and robust figures over the runs that have them, and `se` with the standard error of each."""
+        """Returns plain and robust figures over the runs that have them, and `se` with the standard error of each."""
         onset, path, turn = self.onset_deg, self.path_mm, self.turn_deg
         found = {
             "onset_rmse_deg": figures.rms(onset),
@@ -51,7 +51,7 @@ class Errors:
 
     @classmethod
     def joined(cls, parts: Sequence[Errors]) -> Errors:
-        """The errors of several parts of the session, in the order of their runs."""
+        """Returns the errors of several parts of the session, in the order of their runs."""
         order = np.argsort(np.concatenate([part.run for part in parts]), kind="stable")
         return cls(
             **{
@@ -62,7 +62,9 @@ class Errors:
 
 
 def errors(recorded: Signals, simulated: Signals) -> Errors:
-    """The errors of a simulation of a recording, whose clock and rates may be others: each run counts from its begin.
+    """Returns the errors of a simulation of a recording, whose clock and rates may be others.
+
+    Each run counts from its begin.
 
     A run that the simulation lacks has none.
     """
@@ -92,7 +94,7 @@ STEP_NS = 200_000_000
 
 
 def _apart(recorded: Poses, simulated: Poses, *, later_ns: int) -> tuple[float, float]:
-    """Root mean square distance (mm) and turn (deg) between two paths at the first's frames that the second has.
+    """Returns the root mean square distance (mm) and turn (deg) between two paths at the first's frames in the second.
 
     Both are nan without such frames.
     """

@@ -22,27 +22,30 @@ class Figure(NamedTuple):
 
 
 def mean(values: Array) -> Figure:
-    """The mean of the finite values (n,)."""
+    """Returns the mean of the finite values (n,)."""
     known = values[np.isfinite(values)]
     sd = float(known.std(ddof=1)) / math.sqrt(len(known)) if len(known) > 1 else math.nan
     return Figure(float(known.mean()) if len(known) else math.nan, sd)
 
 
 def rms(values: Array) -> Figure:
-    """Root mean square of values (n,), with its standard error from that of the mean square."""
+    """Returns the root mean square of values (n,), with its standard error from that of the mean square."""
     square = mean(values**2)
     root = math.sqrt(square.value) if square.value >= 0 else math.nan
     return Figure(root, 0.5 * square.sd / root if root > 0 else square.sd)
 
 
 def trimmed_rms(values: Array) -> Figure:
-    """Root mean square of values (n,) without the largest twentieth; its standard error is that of the kept values."""
+    """Returns the root mean square of values (n,) without the largest twentieth.
+
+    Its standard error is that of the kept values.
+    """
     known = np.sort(np.abs(values[np.isfinite(values)]))
     return rms(known[: math.ceil(KEPT * len(known))])
 
 
 def median(values: Array) -> Figure:
-    """The median of values (n,), with half the width of its 68 % interval by order statistics."""
+    """Returns the median of values (n,), with half the width of its 68 % interval by order statistics."""
     known = np.sort(values[np.isfinite(values)])
     if len(known) < 2:
         return Figure(float(known[0]) if len(known) else math.nan, math.nan)

@@ -40,19 +40,19 @@ class Camera:
         self._mark = mark_corners(side_m=geometry.marker_side_m, aspect=geometry.marker_aspect)
 
     def block_px(self, seen: Seen, model: Model) -> Array:
-        """The corners (n, 4, 2) of the block's mark, pixels."""
+        """Returns the corners (n, 4, 2) of the block's mark, pixels."""
         cosine, sine = np.cos(seen.pose[:, 2]), np.sin(seen.pose[:, 2])
         turn = np.stack([np.stack([cosine, -sine], axis=-1), np.stack([sine, cosine], axis=-1)], axis=-2)
         corners = seen.pose[:, None, :2] + np.einsum("nij,kj->nki", turn, self._mark)
         return self._pixels(corners, seen, model, on_block=True)
 
     def fiducial_px(self, corners_m: Array, seen: Seen, model: Model) -> Array:
-        """A mark `corners_m` (4, 2), m, that is fixed to the plate at every moment: (n, 4, 2) pixels."""
+        """Returns a mark `corners_m` (4, 2), m, that is fixed to the plate at every moment: (n, 4, 2) pixels."""
         everywhere = np.broadcast_to(corners_m, (len(seen.tilt_rad), 4, 2))
         return self._pixels(everywhere, seen, model, on_block=False)
 
     def inside(self, corner_px: Array) -> Bools:
-        """True (n,) if all corners `corner_px` (n, 4, 2), px, are in the picture."""
+        """Returns true (n,) if all corners `corner_px` (n, 4, 2), px, are in the picture."""
         limit = np.array(self.size_px, dtype=float)
         return np.all((corner_px >= 0.0) & (corner_px < limit), axis=(1, 2), keepdims=True)[:, 0, 0]
 

@@ -30,12 +30,12 @@ class OwnLevel(Effect):
         self._factor = factor
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
-        """The factor (n,) of each moment's run."""
+        """Returns the factor (n,) of each moment's run."""
         del values
         return self._of(contact.run)
 
     def of_run(self, number: float) -> float:
-        """The factor of the run with this number."""
+        """Returns the factor of the run with this number."""
         return float(self._of(np.array(number)))
 
     def _of(self, numbers: Array) -> Array:
@@ -43,7 +43,7 @@ class OwnLevel(Effect):
 
 
 def without_own_level(model: Model, run: float) -> tuple[Model, float]:
-    """The model without a level of the runs' own, and that of the run with this number: 1 where there is none.
+    """Returns the model without a level of the runs' own, and that of the run with this number: 1 where there is none.
 
     The factor is the same at every state: whoever asks for friction step by step need not work the state out for it.
     """

@@ -61,11 +61,11 @@ class SeenWorld(Protocol):
     """The visible world at the moment of a frame."""
 
     def plate_quaternion(self) -> Sequence[float]:
-        """world_from_plate as (w, x, y, z)."""
+        """Returns world_from_plate as (w, x, y, z)."""
         ...
 
     def block_pose(self) -> Placed:
-        """plate_from_block; the same object while the block rests."""
+        """Returns plate_from_block; the same object while the block rests."""
         ...
 
 
@@ -168,13 +168,13 @@ class ProjectedCamera:
         )
 
     def _room_of(self, corners: Corners) -> float:
-        """The distance of the nearest corner from the picture's edges, px; negative beyond them."""
+        """Returns the distance of the nearest corner from the picture's edges, px; negative beyond them."""
         width, height = self._size_px
         across, down = corners[0::2], corners[1::2]
         return min(*across, width - max(across), *down, height - max(down))
 
     def _corners_of(self, pose: Placed) -> Corners:
-        """The corners without sag and noise, x0 y0 … x3 y3, in pixels.
+        """Returns the corners without sag and noise, x0 y0 … x3 y3, in pixels.
 
         They lie at (−x, y), (x, y), (x, −y), (−x, −y) in the block; the image's y runs downwards.
         """
@@ -186,7 +186,7 @@ class ProjectedCamera:
         return u - a - b, v + c - d, u + a - b, v - c - d, u + a + b, v - c + d, u - a + b, v + c + d
 
     def _sag(self) -> Shift:
-        """The picture's shift: the camera sinks along gravity, so what it sees moves the other way."""
+        """Returns the picture's shift: the camera sinks along gravity, so what it sees moves the other way."""
         sag_px = self._settings.sag_px
         if sag_px == 0.0:
             return 0.0, 0.0
@@ -233,7 +233,7 @@ class ProjectedCamera:
 
 
 def _tipped(pose: Placed) -> bool:
-    """True if the mark would look foreshortened."""
+    """Returns true if the mark would look foreshortened."""
     _, qx, qy, _ = pose.quaternion
     return 1.0 - 2.0 * (qx**2 + qy**2) < _TIPPED_COSINE
 

@@ -59,13 +59,13 @@ class Poses:
     flat: Booleans
 
     def between(self, from_ns: int, to_ns: int) -> Poses:
-        """The poses with from_ns ≤ time ≤ to_ns."""
+        """Returns the poses with from_ns ≤ time ≤ to_ns."""
         chosen = (self.time_ns >= from_ns) & (self.time_ns <= to_ns)
         return Poses(self.time_ns[chosen], self.pose[chosen], self.flat[chosen])
 
 
 def recorded_runs(signals: Signals) -> tuple[RecordedRun, ...]:
-    """Every run that has a start pose, in order.
+    """Returns every run that has a start pose, in order.
 
     Raises:
         UserError: without the plate's attitude, the block's track, or a single run.
@@ -86,7 +86,7 @@ def recorded_runs(signals: Signals) -> tuple[RecordedRun, ...]:
 
 
 def poses_of(signals: Signals) -> Poses:
-    """The block's poses, from its mark or from another tracker."""
+    """Returns the block's poses, from its mark or from another tracker."""
     if len(signals.corners) and signals.geometry is not None:
         seen = signals.corners.seen()
         pose = seen.pose(signals.geometry)
@@ -142,7 +142,7 @@ def _repeated(signals: Signals, poses: Poses, run: int) -> RecordedRun | None:
 
 
 def _start(seen: Poses, sample: Sample | None) -> Array | None:
-    """The mean pose before the tilt, else what the sample says; None without either."""
+    """Returns the mean pose before the tilt, else what the sample says; None without either."""
     if len(seen.time_ns):
         return seen.pose.mean(axis=0)
     if sample is None or not any((sample.start_x_m, sample.start_y_m, sample.start_yaw_rad)):
@@ -156,7 +156,10 @@ def _rest_s(signals: Signals, run: int, sample: Sample | None, begin_ns: int) ->
 
 
 def _sliding(seen: Poses, *, run: int, end_ns: int, sample: Sample | None) -> RecordedRun | None:
-    """The stretch from the first frame after which the block lies flat for good; None if it does not slide then."""
+    """Returns the stretch from the first frame after which the block lies flat for good.
+
+    It is None if it does not slide then.
+    """
     lifted = np.flatnonzero(~seen.flat)
     first = int(lifted[-1]) + 1 if len(lifted) else 0
     lying = Poses(seen.time_ns[first:], seen.pose[first:], seen.flat[first:])
@@ -181,6 +184,6 @@ def _sliding(seen: Poses, *, run: int, end_ns: int, sample: Sample | None) -> Re
 
 
 def numbers(runs: Iterable[RecordedRun]) -> Array:
-    """The runs' numbers (n,), counted from 0 with the recording's gaps."""
+    """Returns the runs' numbers (n,), counted from 0 with the recording's gaps."""
     found = np.array([run.run for run in runs], dtype=float)
     return found - found.min(initial=np.inf)

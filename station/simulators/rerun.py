@@ -47,7 +47,7 @@ class Rerun:
     why: str = ""
 
     def table(self) -> dict[str, Any]:
-        """The table in the contract of `--json` under `fit.simulator_rerun`."""
+        """Returns the table in the contract of `--json` under `fit.simulator_rerun`."""
         return {
             "engine": self.engine,
             "runs": len(self.runs),
@@ -145,7 +145,7 @@ def rerun_in_parts(
 
 
 def some_runs(recorded: Signals, count: int) -> Signals:
-    """The session with at most `count` of its runs that can be repeated, evenly spread; the tracks of these only.
+    """Gives the session with at most `count` of its runs that can be repeated, evenly spread; the tracks of these only.
 
     Raises:
         UserError: if the recording lacks what a simulation needs.
@@ -158,7 +158,7 @@ def some_runs(recorded: Signals, count: int) -> Signals:
 
 
 def only_runs(recorded: Signals, wanted: Collection[int]) -> Signals | None:
-    """The session with these of its runs that can be repeated; None if there are none."""
+    """Returns the session with these of its runs that can be repeated; None if there are none."""
     every = [run for run in recorded_runs(recorded) if run.run in wanted]
     return _with_runs(recorded, every) if every else None
 
@@ -176,7 +176,7 @@ def _with_runs(recorded: Signals, every: Sequence[RecordedRun]) -> Signals:
 
 
 def _kept(track: Any, runs: Sequence[RecordedRun]) -> Any:
-    """The part of a track that is in one of the runs, from the reference to the end."""
+    """Returns the part of a track that is in one of the runs, from the reference to the end."""
     inside = np.zeros(len(track), dtype=bool)
     for run in runs:
         first, last = np.searchsorted(track.time_ns, (run.begin_ns, run.end_ns + 1))
@@ -188,7 +188,7 @@ def _kept(track: Any, runs: Sequence[RecordedRun]) -> Any:
 
 
 def _levelled(recorded: Signals, simulated: Signals, model: Model, *, rig: RigConfig, engine: Simulator) -> Signals:
-    """The simulation repeated with the friction that moves each run's onset to the recorded one."""
+    """Returns the simulation repeated with the friction that moves each run's onset to the recorded one."""
     runs = [run for run in recorded_runs(recorded) if _has_onset(run)]
     if not runs:
         return simulated
@@ -209,7 +209,7 @@ def _has_onset(run: RecordedRun) -> bool:
 
 
 def _step(simulated: Signals, run: RecordedRun) -> float:
-    """The change of a run's friction that moves its onset to where it was recorded."""
+    """Returns the change of a run's friction that moves its onset to where it was recorded."""
     sample = next((sample for sample in simulated.samples if sample.run == run.run), None)
     if sample is None or run.sample is None:
         return 1.0
@@ -218,7 +218,7 @@ def _step(simulated: Signals, run: RecordedRun) -> float:
 
 
 def by_engine(table: Mapping[str, Any]) -> str:
-    """A line for a terminal with a simulator's errors before and after."""
+    """Returns a line for a terminal with a simulator's errors before and after."""
     before, after = table["before"], table["after"]
     parts = [
         f"{name} {_number(before[key])} → {_number(after[key])} {unit}"

@@ -44,7 +44,7 @@ def refuse_other_runs(recorded: Signals, simulated: Signals, *, name: str) -> No
 
 
 def _difference(mine: RecordedRun, theirs: RecordedRun, tilt_rad: float, their_tilt_rad: float) -> str:
-    """The differences between both runs in words; empty: none."""
+    """Returns the differences between both runs in words; empty: none."""
     away = float(np.hypot(*(theirs.start - mine.start)[:2]))
     if not away < BESIDE_M:
         return f"the block lies {1e3 * away:.3g} mm from where it was recorded"
@@ -57,7 +57,10 @@ def _difference(mine: RecordedRun, theirs: RecordedRun, tilt_rad: float, their_t
 
 
 def _steepest_of_both(*sides: tuple[Signals, RecordedRun]) -> Iterator[float]:
-    """The steepest tilt of each, up to where the shorter ends: some simulators stop as soon as the block slides."""
+    """Yields the steepest tilt of each, up to where the shorter ends.
+
+    Some simulators stop as soon as the block slides.
+    """
     lasted_ns = min(run.end_ns - run.begin_ns for _, run in sides)
     for signals, run in sides:
         tilts = signals.attitude.between(run.begin_ns, run.begin_ns + lasted_ns + 1).tilt_rad

@@ -60,11 +60,11 @@ class _Moments:
         self._count = 0
 
     def run_of(self, time_ns: Integers) -> Integers:
-        """The run (n,) that each moment (n,), ns, belongs to; −1 before the first one."""
+        """Returns the run (n,) that each moment (n,), ns, belongs to; −1 before the first one."""
         return np.searchsorted(self._begin, time_ns, side="right") - 1
 
     def ask(self, time_ns: Integers, *, later_s: float = 0.0) -> slice:
-        """Moments (q,), all of them in a run; gives their slice of the answer."""
+        """Asks for moments (q,), all of them in a run; returns their slice of the answer."""
         row = self.run_of(time_ns)
         self._rows.append(row)
         self._times.append(np.asarray((time_ns - self._begin[row]) * 1e-9 + later_s, dtype=float))
@@ -85,7 +85,7 @@ def simulated_signals(
     repeat: Repeat,
     rng: np.random.Generator | None = None,
 ) -> Signals:
-    """The session as simulated.
+    """Returns the session as simulated.
 
     Args:
         recorded: the session.
@@ -136,7 +136,7 @@ class _Stage:
         self._late_ns = round(model.delay_s() * 1e9)
 
     def seen(self, time_ns: Integers, pose: Array, velocity: Array) -> Seen:
-        """The state on which the image depends, at moments (m,) of a mark at poses (m, 3)."""
+        """Returns the state on which the image depends, at moments (m,) of a mark at poses (m, 3)."""
         gravity = self._attitude.gravity_at(time_ns - self._late_ns)
         row = self._moments.run_of(time_ns)
         since = (time_ns - self._tilt_ns[np.maximum(row, 0)]) * 1e-9
@@ -150,7 +150,7 @@ class _Stage:
         )
 
     def fiducial(self, track: CornerTrack) -> CornerTrack:
-        """A mark on the plate as the model has it: it stands where it was seen on the level plate."""
+        """Returns a mark on the plate as the model has it: it stands where it was seen on the level plate."""
         found = track.seen()
         if not len(found):
             return track
@@ -163,7 +163,7 @@ class _Stage:
 
     @staticmethod
     def noisy(track: CornerTrack, rng: np.random.Generator | None) -> CornerTrack:
-        """The corners with the noise that the recording states for each frame."""
+        """Returns the corners with the noise that the recording states for each frame."""
         if rng is None:
             return track
         noise = track.sigma_px[:, None, None] * rng.standard_normal(track.corner_px.shape)
@@ -189,7 +189,7 @@ class _Mark:
         return stamps, tuple(moments.ask(stamps, later_s=shift) for shift in later)
 
     def corners(self, outcome: Outcome, stage: _Stage) -> CornerTrack:
-        """The track: found where the recording found the mark, and it is in the simulated picture, too."""
+        """Returns the track: found where the recording found the mark, and it is in the simulated picture, too."""
         pixels = self._track.corner_px.copy()
         found = self._track.found.copy()
         if not len(self._chosen):
@@ -221,7 +221,7 @@ class _Tracked:
         self._asked = moments.ask(track.time_ns[self._chosen])
 
     def track(self, outcome: Outcome, runs: Sequence[RecordedRun]) -> PoseTrack:
-        """The track: the pose that the block had when its repetition began, moved and turned as simulated."""
+        """Returns the track: the pose that the block had when its repetition began, moved and turned as simulated."""
         recorded = self._recorded
         position, quaternion = recorded.position_m.copy(), recorded.quaternion.copy()
         pose, row = outcome.pose[self._asked], self._row[self._chosen]
@@ -242,7 +242,7 @@ class _Tracked:
 
 
 def _turned(quaternion: Array, angle_rad: Array) -> Array:
-    """A rotation (4,), turned further about the plate's normal by angles (n,): (n, 4)."""
+    """Returns a rotation (4,), turned further about the plate's normal by angles (n,): (n, 4)."""
     half = 0.5 * angle_rad[:, None]
     w, x, y, z = quaternion
     return np.cos(half) * quaternion + np.sin(half) * np.array([-z, -y, x, w])
@@ -257,7 +257,7 @@ class _Sensor:
         self._asked = moments.ask(track.time_ns[self._chosen])
 
     def track(self, outcome: Outcome) -> AngleTrack:
-        """The track, without noise; a sensor that told no direction of gravity still tells none."""
+        """Returns the track, without noise; a sensor that told no direction of gravity still tells none."""
         angle, gravity = self._recorded.angle_rad.copy(), self._recorded.gravity.copy()
         true = outcome.gravity[self._asked]
         angle[self._chosen] = np.arctan2(np.hypot(true[:, 0], true[:, 1]), -true[:, 2])
@@ -272,7 +272,7 @@ class _Sensor:
 def _samples(
     simulated: Signals, recorded: Signals, runs: Sequence[RecordedRun], outcome: Outcome
 ) -> tuple[Sample, ...]:  # fmt: skip
-    """The recorded samples with the simulated onsets; a run that was not repeated keeps its own."""
+    """Returns the recorded samples with the simulated onsets; a run that was not repeated keeps its own."""
     index = {run.run: number for number, run in enumerate(runs)}
     return tuple(
         _sample(sample, simulated, runs[index[sample.run]], index[sample.run], outcome)
@@ -307,7 +307,7 @@ def _sample(sample: Sample, simulated: Signals, run: RecordedRun, number: int, o
 
 
 def _reference(simulated: Signals, run: RecordedRun) -> dict[str, tuple[float, ...]]:
-    """The corners before the tilt and at the end of the run; nothing where no mark was tracked."""
+    """Returns the corners before the tilt and at the end of the run; nothing where no mark was tracked."""
     frames = simulated.corners.between(run.begin_ns, run.until_ns).seen()
     before = frames.between(run.begin_ns, run.tilt_ns + 1)
     if not len(before):
@@ -319,7 +319,7 @@ def _reference(simulated: Signals, run: RecordedRun) -> dict[str, tuple[float, .
 
 
 def _detected_ns(simulated: Signals, run: RecordedRun, reference_px: tuple[float, ...]) -> int:
-    """The first frame in which three corners are more than 10 + θ pixels from their reference; 0 without one."""
+    """Gives the first frame in which three corners are more than 10 + θ pixels from their reference; 0 without one."""
     frames = simulated.corners.between(run.tilt_ns, run.end_ns + 1).seen()
     if not len(frames) or len(reference_px) != 8:
         return 0
@@ -330,7 +330,7 @@ def _detected_ns(simulated: Signals, run: RecordedRun, reference_px: tuple[float
 
 
 def _step(signals: Signals, run: int, at_ns: int) -> tuple[float, float]:
-    """The tilt step in which a moment fell: where it started and where it was to end."""
+    """Returns the tilt step in which a moment fell: where it started and where it was to end."""
     chosen = (signals.motions.run == run) & (signals.motions.step > 0)
     targets = {
         int(step): float(angle)

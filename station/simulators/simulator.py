@@ -27,7 +27,7 @@ class Simulator(Protocol):
     def repeat(
         self, recorded: Signals, model: Model, *, rig: RigConfig, rng: np.random.Generator | None = None
     ) -> Signals:
-        """The signals of the same session in simulation.
+        """Returns the signals of the same session in simulation.
 
         Args:
             recorded: the session: its commands are repeated as they were executed, each run from its recorded pose.
@@ -58,7 +58,7 @@ class Refinable(OwnFriction):
     """A simulator with a friction of its own whose numerical settings can be refined."""
 
     def numerics(self, recorded: Signals, *, rig: RigConfig) -> tuple[list[dict[str, Any]], Simulator]:
-        """The effects of the settings on the recorded tilts, and the simulator with those that cure it (else itself).
+        """Gives the effects of the settings on recorded tilts, and the simulator with those that cure it (else itself).
 
         Each thing is a dict of id, size, unit, cured_by, before and after.
 
@@ -105,19 +105,19 @@ takes some 20 s for a run of 10 s. `--simulate-limit` changes it."""
 
 
 def suffixes() -> tuple[str, ...]:
-    """The suffixes of the files that are simulators."""
+    """Returns the suffixes of the files that are simulators."""
     modules = (Path(__file__).parent / "of_file").glob("[a-z]*.py")
     return tuple(sorted(f".{path.stem}" for path in modules))
 
 
 def file_of(name: str) -> tuple[Path, str] | None:
-    """The file that a name means, and the part of it after a colon; None if it is no file that is a simulator."""
+    """Gives the file that a name means, and the part of it after a colon; None if it is no file that is a simulator."""
     path, _, part = name.rpartition(":") if Path(name).suffix not in suffixes() else (name, "", "")
     return (Path(path), part) if Path(path).suffix in suffixes() else None
 
 
 def opened(name: str, *, limit_s: float = LIMIT_S) -> Simulator:
-    """The simulator that a name, or a file of the user's own with or without a part (`my_sim.py:function`), means.
+    """Returns the simulator that a name, or a user's own file with or without a part (`my_sim.py:function`), means.
 
     Raises:
         UserError: if there is none, or its file cannot be loaded.
@@ -130,12 +130,12 @@ def opened(name: str, *, limit_s: float = LIMIT_S) -> Simulator:
 
 
 def names() -> tuple[str, ...]:
-    """The names of the available simulators."""
+    """Returns the names of the available simulators."""
     return tuple(sorted(path.parent.name for path in Path(__file__).parent.glob("*/session.py")))
 
 
 def simulator(name: str) -> Simulator:
-    """The simulator of that name.
+    """Returns the simulator of that name.
 
     Raises:
         UserError: if there is none.

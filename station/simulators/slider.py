@@ -95,12 +95,12 @@ class Slide:
 
 
 def ramp_displacement(seconds: float, *, rate_rad_s: float, onset_rad: float, gravity: float = GRAVITY) -> float:
-    """Distance slid since the onset on a plate that goes on tilting at a constant rate (to leading order)."""
+    """Gives the distance slid since the onset on a plate that goes on tilting at a constant rate (to leading order)."""
     return gravity * rate_rad_s * seconds**3 / (6 * math.cos(onset_rad))
 
 
 def onset_angle(curve: LimitCurve, slope: FLOATS) -> float:
-    """Tilt at which a resting block starts, tilted slowly so that `slope`, (2,), points down."""
+    """Returns the tilt at which a resting block starts, tilted slowly so that `slope`, (2,), points down."""
     return math.atan(1 / float(np.linalg.norm(curve.turn @ slope / curve.mu)))
 
 
@@ -171,13 +171,13 @@ class _Stretch:
         return self._angle + self._rate * (now - self.begin_s)
 
     def drive(self, now: float, state: FLOATS) -> tuple[FLOATS, float]:
-        """The pull along the plate (2,) and the press across it, both per mass (m/s²)."""
+        """Returns the pull along the plate (2,) and the press across it, both per mass (m/s²)."""
         angle, rate, slope = self.angle(now), self._rate, self._slope
         along = (self._gravity * math.sin(angle) + rate**2 * float(state[:2] @ slope)) * slope
         return along, self._gravity * math.cos(angle) - 2 * rate * float(state[2:] @ slope)
 
     def slip_time(self, now: float, state: FLOATS) -> float:
-        """The time at which a resting block starts; the end of the stretch if it does not."""
+        """Returns the time at which a resting block starts; the end of the stretch if it does not."""
 
         def excess(time: float) -> float:
             along, normal = self.drive(time, state)
@@ -193,7 +193,7 @@ class _Stretch:
         return self.end_s
 
     def nudged(self, now: float, state: FLOATS) -> FLOATS:
-        """The state just after the onset: the first motion is normal to the limit curve at the force reached."""
+        """Gives the state just after the onset: the first motion is normal to the limit curve at the force reached."""
         curve = self._curve
         along, _ = self.drive(now, state)
         way = curve.turn.T @ (curve.turn @ along / curve.mu**2)
@@ -230,5 +230,5 @@ class _Stretch:
 
 
 def _cartesian(curve: LimitCurve, y: FLOATS) -> FLOATS:
-    """Place and velocity from place, speed and direction."""
+    """Returns place and velocity from place, speed and direction."""
     return np.concatenate([y[:2], curve.turn.T @ (y[2] * np.array([math.cos(y[3]), math.sin(y[3])]))])

@@ -43,7 +43,7 @@ class CameraPart:
         _describe_looks(canvas)
 
     def handlers(self) -> Mapping[str, Handler]:
-        """See `Part`."""
+        """Returns the handlers of image, corners, calibration and the session's phases and samples."""
         return {
             "camera/image": self._on_image,
             "camera/corners": self._on_corners,
@@ -145,7 +145,7 @@ class CameraPart:
             self._outline(entities.REFERENCE, reference)
 
     def _show_way(self, seen: Array | None) -> None:
-        """Arrows from the reference corners to where they are now."""
+        """Draws arrows from the reference corners to where they are now."""
         reference = self._reference.corners_px
         way = np.empty((0, 2)) if seen is None or reference is None else seen - reference
         start = np.empty((0, 2)) if reference is None else reference + frames.PIXEL_CENTRE
@@ -153,7 +153,7 @@ class CameraPart:
 
 
 def _describe_looks(canvas: Canvas) -> None:
-    """Colours and widths."""
+    """Describes colours and widths."""
     for path, colour in (
         (entities.CORNERS, colours.MARK),
         (entities.PLATE_MARK, colours.PLATE),

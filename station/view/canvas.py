@@ -109,7 +109,7 @@ class Cap:
         self._last_ns: int | None = None
 
     def due(self, stamp_ns: int) -> bool:
-        """True if this one passes. Time that steps back (a new recording) starts anew."""
+        """Returns true if this one passes. Time that steps back (a new recording) starts anew."""
         if self._last_ns is not None and 0 <= stamp_ns - self._last_ns < self._period_ns:
             return False
         self._last_ns = stamp_ns

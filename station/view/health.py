@@ -31,7 +31,7 @@ class HealthPart:
             canvas.name_curves(path, [name], [colour])
 
     def handlers(self) -> Mapping[str, Handler]:
-        """See `Part`."""
+        """Returns the handlers of the camera's state, the clocks and the air."""
         return {"camera/status": self._on_status, "clock": self._on_clock, "environment": self._on_environment}
 
     def _on_status(self, status: AgentStatus) -> None:

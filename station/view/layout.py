@@ -18,7 +18,7 @@ _DISPLACEMENT_RANGE_PX = (0.0, 80.0)
 
 
 def layout(topics: Collection[str], *, setup: Setup, live: bool = False, diagnosed: bool = False) -> rrb.Blueprint:
-    """The blueprint for a session with these topics.
+    """Returns the blueprint for a session with these topics.
 
     `live` follows the present and shows the last 30 s of curves; `diagnosed` has a page for the diagnosis, and the
     block's slide beside the simulated ones.
@@ -84,12 +84,15 @@ def _curves(origin: str, name: str, window: list[rr.VisibleTimeRange] | None) ->
 
 
 def _displacement(window: list[rr.VisibleTimeRange] | None) -> rrb.Container:
-    """The corners' displacements side by side: a block that does not turn moves them alike, on top of each other."""
+    """Returns the corners' displacements side by side.
+
+    A block that does not turn moves them alike, on top of each other.
+    """
     return rrb.Horizontal(*(_corner(number, path, window) for number, path in enumerate(entities.DISPLACEMENT)))
 
 
 def _corner(number: int, path: str, window: list[rr.VisibleTimeRange] | None) -> rrb.View:
-    """One corner's displacement; above the slip threshold nothing more is decided, so the axis ends there.
+    """Returns one corner's displacement; above the slip threshold nothing more is decided, so the axis ends there.
 
     The first panel tells for all what the curves are.
     """
@@ -105,7 +108,7 @@ def _corner(number: int, path: str, window: list[rr.VisibleTimeRange] | None) ->
 
 
 def _scene(setup: Setup, *, arm: bool) -> rrb.View:
-    """The scene, seen from beyond the plate, so that the arm stands behind it and hides nothing."""
+    """Returns the scene, seen from beyond the plate, so that the arm stands behind it and hides nothing."""
     reach = 3.3 * setup.plate_side_m if arm else min(2.0 * setup.plate_side_m, 16.0 * max(setup.block_size_m))
     x, y, z = setup.look_at_m
     away = math.atan2(y, x) + math.radians(_ASIDE_DEG)

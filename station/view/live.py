@@ -43,7 +43,7 @@ class StationTime:
         self._offsets_ns: dict[str, int] = {}
 
     def of(self, topic: str, message: Message, *, receive_ns: int) -> int:
-        """Nanoseconds since the epoch; the time of receipt for a message without a stamp."""
+        """Returns the nanoseconds since the epoch; the time of receipt for a message without a stamp."""
         if isinstance(message, ClockOffset):
             self._offsets_ns[message.agent] = message.offset_ns
         stamp_ns = topics.capture_ns(message)
@@ -85,7 +85,7 @@ class LiveView:
         self._thread.start()
 
     def __enter__(self) -> LiveView:
-        """Itself."""
+        """Returns itself."""
         return self
 
     def __exit__(self, *_: object) -> None:

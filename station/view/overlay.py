@@ -31,7 +31,7 @@ class Path:
     pose: Array
 
     def between(self, from_ns: int, to_ns: int) -> Array:
-        """The poses (k, 3), m and rad, with from_ns ≤ time ≤ to_ns."""
+        """Returns the poses (k, 3), m and rad, with from_ns ≤ time ≤ to_ns."""
         first, last = np.searchsorted(self.time_ns, [from_ns, to_ns + 1])
         return self.pose[first:last]
 
@@ -92,13 +92,13 @@ class _Clock:
         self.recording, self._start_ns = recording, start_ns
 
     def log(self, at_ns: int, entity: str, archetype: rr.AsComponents) -> None:
-        """One thing at one moment."""
+        """Logs one thing at one moment."""
         self.recording.set_time(TIME, timestamp=np.datetime64(at_ns, "ns"))
         self.recording.set_time(ELAPSED, duration=np.timedelta64(at_ns - self._start_ns, "ns"))
         self.recording.log(entity, archetype)
 
     def columns(self, times_ns: Times) -> list[rr.TimeColumn]:
-        """The moments of a batch."""
+        """Returns the moments of a batch."""
         return [
             rr.TimeColumn(TIME, timestamp=times_ns.astype("datetime64[ns]")),
             rr.TimeColumn(ELAPSED, duration=(times_ns - self._start_ns).astype("timedelta64[ns]")),
@@ -106,7 +106,7 @@ class _Clock:
 
 
 def _draw_ghost(clock: _Clock, ghost: Ghost, overlay: Overlay, *, setup: Setup) -> None:
-    """A block of wires that moves with the plate, its whole way in each run, and how far it has slid."""
+    """Draws a block of wires that moves with the plate, its whole way in each run, and how far it has slid."""
     times_ns, pose = _thinned(ghost.path)
     if not len(times_ns):
         return
@@ -150,7 +150,7 @@ def _thinned(path: Path) -> tuple[Times, Array]:
 
 
 def _draw_lanes(clock: _Clock, overlay: Overlay) -> None:
-    """A lane of the state timeline for each kind of stretch: marked where it stands out."""
+    """Draws a lane of the state timeline for each kind of stretch: marked where it stands out."""
     for number, lane in enumerate(overlay.lanes):
         entity = f"{entities.LOCATED}{number + 1}"
         shades = [colours.LOCATED, colours.QUIET]
@@ -162,7 +162,7 @@ def _draw_lanes(clock: _Clock, overlay: Overlay) -> None:
 
 
 def joined(stretches: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Stretches in order of time; those that overlap are one."""
+    """Returns stretches in order of time; those that overlap are one."""
     found: list[tuple[int, int]] = []
     for from_ns, to_ns in sorted(stretches):
         if found and from_ns <= found[-1][1]:

@@ -25,7 +25,10 @@ class Part(Protocol):
     """Draws what its topics say."""
 
     def handlers(self) -> Mapping[str, Handler]:
-        """The handlers of the topics that it takes; a name that ends in `/` stands for every topic that begins so."""
+        """Returns the handlers of the topics that it takes.
+
+        A name that ends in `/` stands for every topic that begins so.
+        """
         ...
 
 

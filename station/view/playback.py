@@ -46,7 +46,7 @@ class Endpoints:
 
 
 def endpoints_of(config: BusConfig, *, stand_ins: Collection[str]) -> Endpoints:
-    """The endpoints of the processes that the playback stands in for, and those of the processes that they connect to.
+    """Returns the endpoints of the processes that the playback stands in for, and those that they connect to.
 
     A process connects to those before it in `PROCESSES`, so the playback connects to a process that stands before all
     of its own; the others come by themselves.
@@ -59,7 +59,7 @@ def endpoints_of(config: BusConfig, *, stand_ins: Collection[str]) -> Endpoints:
 
 
 def topics_of(names: Iterable[str], *, stand_ins: Collection[str]) -> frozenset[str]:
-    """The topics of a recording that the processes stood in for (or anybody) would send.
+    """Returns the topics of a recording that the processes stood in for (or anybody) would send.
 
     Unknown ones are not, nor what only simulators tell each other: nobody who measures may hear the truth.
     """

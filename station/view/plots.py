@@ -34,7 +34,7 @@ class TiltPart:
         canvas.static(entities.ONSET, onset)
 
     def handlers(self) -> Mapping[str, Handler]:
-        """See `Part`."""
+        """Returns the handlers of the measured and the commanded tilt, the samples and all other angle sensors."""
         return {
             "arm/platform": self._on_platform,
             "arm/command": self._on_command,
@@ -79,7 +79,7 @@ class DisplacementPart:
         canvas.name_curves(entities.THRESHOLD, ["slip: three above"], [colours.THRESHOLD])
 
     def handlers(self) -> Mapping[str, Handler]:
-        """See `Part`."""
+        """Returns the handlers of corners, tilt, phases and samples."""
         return {
             "camera/corners": self._on_corners,
             "arm/platform": self._on_platform,

@@ -25,7 +25,7 @@ class ReferenceTracker:
         self._phase = ""
 
     def on_event(self, event: RunEvent) -> None:
-        """A phase began."""
+        """Takes the phase that began."""
         if event.phase in _INCIDENTAL:
             return
         if event.phase == "REFERENCE":
@@ -35,13 +35,13 @@ class ReferenceTracker:
         self._phase = event.phase
 
     def on_corners(self, corners: MarkerCorners) -> None:
-        """A frame."""
+        """Takes the corners of a frame."""
         if self._phase == "REFERENCE" and corners.found:
             self._sum += np.reshape(corners.corners_px, (4, 2))
             self._count += 1
             self.corners_px = self._sum / self._count
 
     def on_sample(self, sample: Sample) -> None:
-        """The run's result."""
+        """Takes the run's result."""
         if self.corners_px is not None and len(sample.reference_corners_px) == 8:
             self.corners_px = np.reshape(np.array(sample.reference_corners_px), (4, 2))

@@ -31,7 +31,7 @@ class Drawn:
 
 
 def new_recording(*, gather_s: float = 0.2) -> rr.RecordingStream:
-    """A recording whose only clock is the messages' own; what is logged is gathered for `gather_s`, then sent."""
+    """Gives a recording whose only clock is the messages' own; what is logged is gathered for `gather_s`, then sent."""
     batches = rr.ChunkBatcherConfig(flush_tick=gather_s)
     recording = rr.RecordingStream(APPLICATION, batcher_config=batches)
     recording.set_log_time_enabled(False)

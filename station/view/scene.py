@@ -73,7 +73,7 @@ class SceneLogger:
                     self._exact[topic].append(handler)
 
     def wants(self, topic: str) -> bool:
-        """True if any part draws this topic: whoever feeds the logger need not decode the others."""
+        """Returns true if any part draws this topic: whoever feeds the logger need not decode the others."""
         return topic in self._exact or any(topic.startswith(prefix) for prefix, _ in self._prefixes)
 
     def log(self, topic: str, message: Message, stamp_ns: int) -> None:

@@ -35,7 +35,7 @@ class ArmPart:
             self._shape = shapes.ArmShape(self._model)
 
     def handlers(self) -> Mapping[str, Handler]:
-        """See `Part`."""
+        """Returns the handler of the arm's joint states."""
         return {"arm/joints": self._on_joints}
 
     def _on_joints(self, joints: JointState) -> None:
@@ -74,7 +74,7 @@ class PlatePart:
             canvas.static(entities.FOAM, shapes.foam(setup, opening_m=setup.opening_m))
 
     def handlers(self) -> Mapping[str, Handler]:
-        """See `Part`."""
+        """Returns the handlers of the plate's attitude and of the transforms."""
         return {"arm/platform": self._on_platform, "tf": self._on_tf}
 
     def _on_platform(self, state: PlatformState) -> None:
@@ -86,7 +86,7 @@ class PlatePart:
         self._draw_downhill(state)
 
     def _draw_downhill(self, state: PlatformState) -> None:
-        """An arrow down the slope, beside the plate's middle, as long as the tilt is steep."""
+        """Draws an arrow down the slope, beside the plate's middle, as long as the tilt is steep."""
         x, y = downhill_of(state.qw, state.qx, state.qy, state.qz)
         steep = math.sin(tilt_of(state.qw, state.qx, state.qy, state.qz)) * self._setup.plate_side_m
         self._canvas.log(entities.DOWNHILL, rr.Arrows3D.from_fields(vectors=[[x * steep, y * steep, 0.0]]))
@@ -115,7 +115,7 @@ class BlockPart:
             canvas.name_curves(path, [name], [colour])
 
     def handlers(self) -> Mapping[str, Handler]:
-        """See `Part`."""
+        """Returns the handlers of all that places the block: corners, geometry, poses, phases and transforms."""
         return {
             "camera/geometry": self._on_geometry,
             "camera/corners": self._on_corners,
@@ -171,7 +171,7 @@ class BlockPart:
         self._draw_trail(move)
 
     def _draw_trail(self, move: FrameTransform) -> None:
-        """A line along the plate where the block has been in this run; it grows only while the block moves."""
+        """Draws a line along the plate where the block has been in this run; it grows only while the block moves."""
         place = move.translation
         at = (place.x, place.y, max(place.z - 0.5 * self._setup.block_size_m[2], 0.0) + _TRAIL_LIFT_M)
         if self._trail and math.dist(at, self._trail[-1]) < _TRAIL_STEP * self._setup.block_size_m[0]:
@@ -182,6 +182,6 @@ class BlockPart:
 
 
 def transform_of(move: FrameTransform) -> rr.Transform3D:
-    """A frame's transform as Rerun takes it."""
+    """Returns a frame's transform as Rerun takes it."""
     at, q = move.translation, move.rotation
     return rr.Transform3D(translation=[at.x, at.y, at.z], quaternion=rr.Quaternion(xyzw=[q.x, q.y, q.z, q.w]))

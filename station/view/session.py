@@ -37,7 +37,7 @@ class StatePart:
             canvas.static(path, rr.StateConfiguration(values=list(states), colors=list(states.values())))
 
     def handlers(self) -> Mapping[str, Handler]:
-        """See `Part`."""
+        """Returns the handlers of phases, motions and the station's heartbeat."""
         return {
             "session/event": self._on_event,
             "arm/motion": self._on_motion,
@@ -69,7 +69,7 @@ class LogPart:
         self._canvas = canvas
 
     def handlers(self) -> Mapping[str, Handler]:
-        """See `Part`."""
+        """Returns the handlers of log lines, phases, motions and replies of the arm."""
         return {
             "log": self._on_log,
             "session/event": self._on_event,
@@ -109,7 +109,7 @@ class SamplesPart:
         self._present_ns = 0
 
     def handlers(self) -> Mapping[str, Handler]:
-        """See `Part`."""
+        """Returns the handlers of phases and samples."""
         return {"session/event": self._on_event, "session/sample": self._on_sample}
 
     def _on_event(self, event: RunEvent) -> None:
@@ -171,5 +171,5 @@ def _direction(number: int) -> str:
 
 
 def _failed(report: MotionReport) -> bool:
-    """A motion that a return took over did not fail."""
+    """Returns true if a motion failed; one that a return took over did not."""
     return bool(report.fault) and report.fault != REPLACED

@@ -23,7 +23,7 @@ class Threshold:
     per_deg_px: float = 1.0
 
     def at(self, tilt_deg: float) -> float:
-        """The threshold l in pixels."""
+        """Returns the threshold l in pixels."""
         return self.base_px + self.per_deg_px * tilt_deg
 
 
@@ -53,7 +53,7 @@ class Setup:
 
 
 def setup_from_poses(poses: Sequence[tuple[float, float, float]]) -> Setup:
-    """A guess from the block's places (x, y, z of its middle, metres) when no rig file tells the shapes.
+    """Returns a guess from the block's places (x, y, z of its middle, metres) when no rig file tells the shapes.
 
     A block rests most of the time, so a low quantile of z is half its height; it is drawn as a cube, on a plate that
     reaches a little beyond its places.
@@ -72,7 +72,9 @@ def setup_from_poses(poses: Sequence[tuple[float, float, float]]) -> Setup:
 
 
 def setup_of(rig: RigConfig, *, threshold: Threshold | None = None, armed: bool = True) -> Setup:
-    """The shapes that a rig file describes; without an arm there is neither foam border nor anything to look up at.
+    """Returns the shapes that a rig file describes.
+
+    Without an arm there is neither foam border nor anything to look up at.
 
     Raises:
         UserError: if its `[arm]` table is wrong or names an unknown model.

@@ -19,7 +19,7 @@ _RING, _PIECES = 64, 160
 
 
 def plate(setup: Setup) -> rr.Boxes3D:
-    """The plate; its top is the plane z = 0 of the plate frame."""
+    """Returns the plate; its top is the plane z = 0 of the plate frame."""
     half = 0.5 * setup.plate_side_m
     return rr.Boxes3D(
         centers=[[0.0, 0.0, -0.5 * setup.plate_thickness_m]],
@@ -30,7 +30,7 @@ def plate(setup: Setup) -> rr.Boxes3D:
 
 
 def foam(setup: Setup, *, opening_m: float) -> rr.Mesh3D:
-    """The foam border: a square frame with a hole, round with the diameter `opening_m` or of the setup's outline.
+    """Gives the foam border: a square frame with a hole, round with the diameter `opening_m` or of the setup's outline.
 
     The top is triangulated between points along both outlines, so near to each other that every piece of an outline is
     a side of a triangle (Delaunay); the triangles in the hole are left out.
@@ -51,13 +51,13 @@ def foam(setup: Setup, *, opening_m: float) -> rr.Mesh3D:
 
 
 def _ring(radius_m: float) -> Array:
-    """A circle's outline (n, 2), m."""
+    """Returns a circle's outline (n, 2), m."""
     angle = np.linspace(0.0, 2 * math.pi, _RING, endpoint=False)
     return radius_m * np.column_stack([np.cos(angle), np.sin(angle)])
 
 
 def _divided(outline_m: Array) -> Array:
-    """The outline (k, 2), m, with more corners (n, 2) along its sides, at most a _PIECES-th of its length apart."""
+    """Returns the outline (k, 2), m, with more corners (n, 2) along its sides, at most a _PIECES-th of it apart."""
     after = np.roll(outline_m, -1, axis=0)
     lengths = np.linalg.norm(after - outline_m, axis=1)
     counts = np.maximum(np.ceil(_PIECES * lengths / lengths.sum()).astype(int), 1)
@@ -66,7 +66,7 @@ def _divided(outline_m: Array) -> Array:
 
 
 def _wall(first: int, count: int, below: int) -> NDArray[np.int64]:
-    """Triangles (2 count, 3) between a loop of vertices from `first` on and the one that comes `below` places later."""
+    """Returns triangles (2 count, 3) between a loop of vertices from `first` on and the one `below` places later."""
     here = first + np.arange(count)
     there = first + (np.arange(count) + 1) % count
     return np.concatenate(
@@ -75,14 +75,14 @@ def _wall(first: int, count: int, below: int) -> NDArray[np.int64]:
 
 
 def block(setup: Setup) -> rr.Boxes3D:
-    """The block about its middle."""
+    """Returns the block about its middle."""
     return rr.Boxes3D(
         half_sizes=[[0.5 * size for size in setup.block_size_m]], colors=[colours.BLOCK], fill_mode="solid"
     )
 
 
 def mark(setup: Setup) -> rr.Boxes3D:
-    """The dark mark on the block's top, as thin as paper; it lets the block's rim be seen."""
+    """Returns the dark mark on the block's top, as thin as paper; it lets the block's rim be seen."""
     half_x, half_y = 0.5 * setup.mark_side_m, 0.5 * setup.mark_side_m * setup.mark_aspect
     top = 0.5 * setup.block_size_m[2]
     return rr.Boxes3D(
@@ -103,12 +103,12 @@ class ArmShape:
         self._radii = [capsule.radius_m for capsule in capsules]
 
     def shape(self) -> rr.Capsules3D:
-        """Lengths, radii and colours, without places."""
+        """Returns lengths, radii and colours, without places."""
         shades = [colours.ARM_DARK if i % 2 == 0 else colours.ARM for i in range(len(self._lengths))]
         return rr.Capsules3D.from_fields(lengths=self._lengths, radii=self._radii, colors=shades, fill_mode="solid")
 
     def pose(self, world_from_link: Array) -> rr.Capsules3D:
-        """Places for world_from_base and every one of n links.
+        """Returns places for world_from_base and every one of n links.
 
         `world_from_link` (k, 4, 4), with k = n + 1, has the base first; its shifts are in m.
         """
@@ -120,7 +120,7 @@ class ArmShape:
 
 
 def _along(capsule: Capsule) -> NDArray[np.float64]:
-    """link_from_capsule (4, 4): origin at one end, z towards the other."""
+    """Returns link_from_capsule (4, 4): origin at one end, z towards the other."""
     start, end = np.array(capsule.from_m), np.array(capsule.to_m)
     length = float(np.linalg.norm(end - start))
     z = (end - start) / length if length > 0 else np.array([0.0, 0.0, 1.0])

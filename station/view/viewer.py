@@ -36,7 +36,7 @@ _BAR_PX = 37
 
 
 def kept_here() -> dict[str, str]:
-    """The environment in which the viewer's program reaches nobody but this computer.
+    """Returns the environment in which the viewer's program reaches nobody but this computer.
 
     It sends usage figures by whatever HTTPS_PROXY names (`tests/system/test_viewer_page.py` hears it), and has no
     other switch than one that is the user's to set, `rerun analytics disable`.
@@ -47,17 +47,22 @@ def kept_here() -> dict[str, str]:
 
 
 def can_draw_headless() -> bool:
-    """True if pictures can be drawn without a display: by Mesa's software renderer, or what VK_ICD_FILENAMES names."""
+    """Returns true if pictures can be drawn without a display.
+
+    Mesa's software renderer draws them, or what VK_ICD_FILENAMES names.
+    """
     return bool(_software_renderer()) or "VK_ICD_FILENAMES" in os.environ
 
 
 def _software_renderer() -> str:
-    """Mesa's; its file has the processor's name in it."""
+    """Returns the driver file of Mesa's software renderer, whose name has the processor's in it."""
     return next((str(path) for path in sorted(_DRIVERS.glob("lvp_icd*.json"))), "")
 
 
 def binary() -> str:
-    """The viewer that came with this environment: the program itself, because the script in bin/ leaves it behind.
+    """Returns the viewer that came with this environment.
+
+    It is the program itself, because the script in bin/ leaves it behind.
 
     Raises:
         UserError: if it is not installed.
@@ -80,7 +85,7 @@ def open_stream(uri: str) -> None:
 
 
 def free_port(first: int = 0) -> int:
-    """A port of the loopback address that nobody listens on: `first` if it is free."""
+    """Returns a port of the loopback address that nobody listens on: `first` if it is free."""
     for port in (first, 0):
         with socket.socket() as probe:
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -94,7 +99,7 @@ def free_port(first: int = 0) -> int:
 
 @contextmanager
 def headless(*, size: tuple[int, int] = (1600, 1000)) -> Generator[ViewerClient]:
-    """A viewer without a window, on the loopback address, ended on leaving.
+    """Runs a viewer without a window, on the loopback address; it ends on leaving.
 
     Raises:
         UserError: if it cannot draw here.
@@ -167,7 +172,7 @@ def _loaded(state: Any) -> bool:
 
 
 def picture_of(client: ViewerClient, view_id: str | None = None) -> bytes:
-    """The viewer's picture as a PNG: the whole window, or one view.
+    """Returns the viewer's picture as a PNG: the whole window, or one view.
 
     Raises:
         UserError: if it does not draw in time, asked again and again.
@@ -181,7 +186,7 @@ def picture_of(client: ViewerClient, view_id: str | None = None) -> bytes:
 
 
 def without_bar(picture: bytes) -> bytes:
-    """The window's picture (PNG) without its own bar, which shows nothing of a recording."""
+    """Returns the window's picture (PNG) without its own bar, which shows nothing of a recording."""
     import cv2  # noqa: PLC0415  # opening a viewer starts without this package
 
     pixels = cv2.imdecode(np.frombuffer(picture, dtype=np.uint8), cv2.IMREAD_UNCHANGED)

@@ -84,7 +84,7 @@ def _await(process: subprocess.Popen[bytes], url: str) -> None:
 
 
 def _listens(process: subprocess.Popen[bytes], port: int) -> bool:
-    """True once somebody listens at the port; False if the process ends before, or takes too long."""
+    """Returns true once somebody listens at the port; False if the process ends before, or takes too long."""
     end = time.monotonic() + _START_S
     while time.monotonic() < end and process.poll() is None:
         try:

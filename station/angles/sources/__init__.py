@@ -41,15 +41,15 @@ class AngleSource(Protocol):
     """One angle sensor. Faults are raised as OSError or UserError; the source is then closed and opened again."""
 
     def open(self) -> None:
-        """Connect to the sensor; may take seconds."""
+        """Connects to the sensor; may take seconds."""
         ...
 
     def read(self) -> tuple[Reading, ...]:
-        """All readings since the last call, in order, stamped by the station's clock; never waits for one."""
+        """Returns all readings since the last call, in order, stamped by the station's clock; never waits for one."""
         ...
 
     def close(self) -> None:
-        """Let go of the sensor; allowed at any time, also when it is not open."""
+        """Lets go of the sensor; allowed at any time, also when it is not open."""
         ...
 
 
@@ -59,12 +59,12 @@ class SourceModule(Protocol):
     ON_DEMAND: bool
 
     def connect(self, link: SourceLink) -> AngleSource:
-        """The source for a table of rig.toml, not yet open; raises UserError when an option is wrong."""
+        """Returns the source for a table of rig.toml, not yet open; raises UserError when an option is wrong."""
         ...
 
 
 def source_kinds() -> tuple[str, ...]:
-    """The names of all files in this folder."""
+    """Returns the names of all files in this folder."""
     return tuple(sorted(path.stem for path in Path(__file__).parent.glob("*.py") if not path.stem.startswith("_")))
 
 

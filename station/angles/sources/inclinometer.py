@@ -74,13 +74,13 @@ class InclinometerSource:
         self._asked_ns = 0
 
     def open(self) -> None:
-        """See `AngleSource.open`."""
+        """Opens the link to the sensor, and forgets what was read before."""
         self.close()
         self._bytes = open_link(self._options.port, baud=self._options.baud)
         self._rest, self._whole, self._asked_ns = b"", False, 0
 
     def read(self) -> tuple[Reading, ...]:
-        """See `AngleSource.read`."""
+        """Returns a reading for each whole line that has arrived, after asking for more if the sensor wants that."""
         if self._bytes is None:
             return ()
         now_ns = self._clock.now_ns()
@@ -131,19 +131,19 @@ class InclinometerSource:
         return self._options.sign * angle - math.radians(self._options.offset_deg)
 
     def close(self) -> None:
-        """See `AngleSource.close`."""
+        """Closes the link, if it is open."""
         if self._bytes is not None:
             self._bytes.close()
             self._bytes = None
 
 
 def nmea_checksum(payload: str) -> int:
-    """XOR of the characters, as NMEA 0183 has it."""
+    """Returns the XOR of the characters, as NMEA 0183 has it."""
     return reduce(lambda total, character: total ^ ord(character), payload, 0)
 
 
 def _checked(line: str) -> str | None:
-    """The text between `$` and `*` if the two hexadecimal digits behind it agree, else nothing."""
+    """Returns the text between `$` and `*` if the two hexadecimal digits behind it agree, else nothing."""
     found = re.fullmatch(r".*?\$?([^$*]*)\*([0-9A-Fa-f]{2})", line)
     if found is None or nmea_checksum(found.group(1)) != int(found.group(2), 16):
         return None
@@ -151,5 +151,5 @@ def _checked(line: str) -> str | None:
 
 
 def connect(link: SourceLink) -> InclinometerSource:
-    """The source for a table of rig.toml."""
+    """Returns the source for a table of rig.toml."""
     return InclinometerSource(link)

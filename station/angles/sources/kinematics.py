@@ -39,10 +39,10 @@ class KinematicsSource:
             self._waiting.append((received.receive_ns, received.message))
 
     def open(self) -> None:
-        """See `AngleSource.open`: there is nothing to open."""
+        """Does nothing: the bus is open already."""
 
     def read(self) -> tuple[Reading, ...]:
-        """See `AngleSource.read`."""
+        """Returns a reading for each state of the plate that the arm agent has sent since the last call."""
         return tuple(self._reading(*self._waiting.popleft()) for _ in range(len(self._waiting)))
 
     def _reading(self, stamp_ns: int, state: PlatformState) -> Reading:
@@ -50,9 +50,9 @@ class KinematicsSource:
         return reading_of_gravity(on_plate(gravity, plate_from_sensor=self._plate_from_sensor), stamp_ns=stamp_ns)
 
     def close(self) -> None:
-        """See `AngleSource.close`."""
+        """Does nothing: the bus belongs to the station."""
 
 
 def connect(link: SourceLink) -> KinematicsSource:
-    """The source for a table of rig.toml."""
+    """Returns the source for a table of rig.toml."""
     return KinematicsSource(link)

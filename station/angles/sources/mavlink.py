@@ -57,7 +57,7 @@ class MavlinkSource:
         self._vehicle: tuple[int, int] | None = None
 
     def open(self) -> None:
-        """See `AngleSource.open`."""
+        """Opens the link to the autopilot and begins to parse anew."""
         self.close()
         self._bytes = open_link(self._options.port, baud=self._options.baud)
         self._mav = common.MAVLink(self._bytes, srcSystem=_GROUND_STATION, srcComponent=_MISSION_PLANNER)
@@ -65,7 +65,7 @@ class MavlinkSource:
         self._beat_ns, self._vehicle = 0, None
 
     def read(self) -> tuple[Reading, ...]:
-        """See `AngleSource.read`."""
+        """Returns a reading for each attitude that has arrived, and tells the autopilot that we listen."""
         if self._bytes is None:
             return ()
         now_ns = self._clock.now_ns()
@@ -89,14 +89,14 @@ class MavlinkSource:
         return kind == "ATTITUDE"
 
     def _reading(self, message: Any, newest: Any, now_ns: int) -> Reading:
-        """One reading; what came in one batch is put apart by the autopilot's own clock, the newest being now."""
+        """Gives one reading; what came in one batch is put apart by the autopilot's own clock, the newest being now."""
         earlier_ms = newest.time_boot_ms - message.time_boot_ms
         stamp_ns = now_ns - (earlier_ms * 1_000_000 if 0 <= earlier_ms < 1000 else 0)
         gravity = gravity_of_aeronautical(message.roll, message.pitch)
         return reading_of_gravity(on_plate(gravity, plate_from_sensor=self._plate_from_sensor), stamp_ns=stamp_ns)
 
     def _beat(self, now_ns: int) -> None:
-        """Once a second: we are here, and please send more if you send too little."""
+        """Says once a second that we are here, and asks for more if too little comes."""
         if now_ns - self._beat_ns < _HEARTBEAT_NS:
             return
         enough = self._heard >= _ENOUGH * self._options.rate_hz and self._beat_ns > 0
@@ -108,12 +108,12 @@ class MavlinkSource:
             self._mav.command_long_send(*self._vehicle, *wanted, 0, 0, 0, 0, 0)
 
     def close(self) -> None:
-        """See `AngleSource.close`."""
+        """Closes the link, if it is open."""
         if self._bytes is not None:
             self._bytes.close()
             self._bytes = None
 
 
 def connect(link: SourceLink) -> MavlinkSource:
-    """The source for a table of rig.toml."""
+    """Returns the source for a table of rig.toml."""
     return MavlinkSource(link)

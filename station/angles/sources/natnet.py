@@ -56,7 +56,7 @@ class NatnetSource:
         self._frames: list[Any] = []
 
     def open(self) -> None:
-        """See `AngleSource.open`.
+        """Connects to Motive's NatNet server.
 
         Raises:
             UserError: if Motive does not answer.
@@ -83,7 +83,7 @@ class NatnetSource:
         self._client = client
 
     def read(self) -> tuple[Reading, ...]:
-        """See `AngleSource.read`."""
+        """Returns a reading for each frame that has arrived and in which the rigid body was seen."""
         if self._client is None:
             return ()
         self._take_in()
@@ -113,7 +113,7 @@ class NatnetSource:
         return reading_of_gravity(turned, stamp_ns=now_ns - round(delay_s * 1e9))
 
     def _body(self, frame: Any) -> Any:
-        """The rigid body in a frame, None (with a complaint) when it is not there or was not seen."""
+        """Returns the rigid body in a frame, None (with a complaint) when it is not there or was not seen."""
         bodies = [body for body in frame.rigid_bodies if self._options.rigid_body in (0, body.id_num)]
         if len(bodies) != 1:
             seen = ", ".join(str(body.id_num) for body in frame.rigid_bodies) or "none"
@@ -126,7 +126,7 @@ class NatnetSource:
         return bodies[0]
 
     def close(self) -> None:
-        """See `AngleSource.close`."""
+        """Ends the client, if there is one, and drops the frames that were not read."""
         if self._client is not None:
             self._client.shutdown()
             self._client = None
@@ -134,5 +134,5 @@ class NatnetSource:
 
 
 def connect(link: SourceLink) -> NatnetSource:
-    """The source for a table of rig.toml."""
+    """Returns the source for a table of rig.toml."""
     return NatnetSource(link)

@@ -104,16 +104,16 @@ class SimulatedSource:
         return reading_of_gravity((x, y, z), stamp_ns=stamp_ns)
 
     def open(self) -> None:
-        """See `AngleSource.open`: there is nothing to open."""
+        """Does nothing: the bus is open already."""
 
     def read(self) -> tuple[Reading, ...]:
-        """See `AngleSource.read`."""
+        """Returns the simulated readings since the last call."""
         return tuple(self._waiting.popleft() for _ in range(len(self._waiting)))
 
     def close(self) -> None:
-        """See `AngleSource.close`."""
+        """Does nothing: the bus belongs to the station."""
 
 
 def connect(link: SourceLink) -> SimulatedSource:
-    """The source for a table of rig.toml."""
+    """Returns the source for a table of rig.toml."""
     return SimulatedSource(link)

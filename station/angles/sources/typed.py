@@ -35,7 +35,7 @@ class TypedOptions:
     sign: Literal[1, -1] = 1
 
     def radians(self, text: str) -> float:
-        """The angle in a piece of text; ValueError when it is none."""
+        """Returns the angle in a piece of text; ValueError when it is none."""
         value = float(text.replace(",", "."))
         angle = self.sign * (math.radians(value) if self.unit == "deg" else value)
         if not abs(angle) <= math.pi:
@@ -76,16 +76,16 @@ class TypedSource:
         self._typed.put(reading)
 
     def open(self) -> None:
-        """See `AngleSource.open`."""
+        """Begins to ask at the terminal, unless the angles come from a file."""
         if self._lines is None and self._person is None:
             self._person = Person(self._typed, options=self._options, clock=self._clock)
 
     def read(self) -> tuple[Reading, ...]:
-        """See `AngleSource.read`."""
+        """Returns the angles that were typed, or taken from the file, since the last call."""
         return tuple(self._typed.get() for _ in range(self._typed.qsize()))
 
     def close(self) -> None:
-        """See `AngleSource.close`: a question that waits for its answer is left to wait."""
+        """Does nothing: a question that waits for its answer is left to wait."""
 
 
 class Person:
@@ -146,5 +146,5 @@ def _lines(file: str, options: Table) -> Iterator[str]:
 
 
 def connect(link: SourceLink) -> TypedSource:
-    """The source for a table of rig.toml."""
+    """Returns the source for a table of rig.toml."""
     return TypedSource(link)

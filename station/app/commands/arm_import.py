@@ -96,7 +96,7 @@ def _angles(text: str | None) -> list[float]:
 
 
 def _about(chain: Chain, notes: Mapping[str, Sequence[str]], pose: Pose) -> Iterator[str]:
-    """Sentences for the screen and the file's head."""
+    """Yields sentences for the screen and the file's head."""
     yield f"Made by `station arm import`, from link {chain.base} to {chain.tip}; check it before an arm moves by it."
     yield f"The plate is taken to be mounted at {chain.tip}, its normal along z, and the base to stand upright."
     reaches = ", ".join(f"{math.degrees(reach.angle_rad):.1f}" for reach in pose.reaches)
@@ -107,7 +107,7 @@ def _about(chain: Chain, notes: Mapping[str, Sequence[str]], pose: Pose) -> Iter
 
 
 def _estimates(notes: Mapping[str, Sequence[str]]) -> Iterator[str]:
-    """A line for each estimate, with the parts that it is of."""
+    """Yields a line for each estimate, with the parts that it is of."""
     parts_of: dict[str, list[str]] = {}
     for part, note in ((part, note) for part, found in notes.items() if part for note in found):
         parts_of.setdefault(note, []).append(part)

@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """0 when the paper's 67.5 degrees are reached in all four directions, else 1."""
+    """Returns 0 when the paper's 67.5 degrees are reached in all four directions, else 1."""
     require_writable(options.picture, what="picture (--picture FILE)")
     settings = _settings(options)
     model = settled_model(settings)
@@ -90,7 +90,7 @@ def _verdict(four: Pose) -> str:
 
 
 def _search(settings: ArmSettings, *, four: bool) -> list[Pose]:
-    """Search, and print the best as lines for rig.toml."""
+    """Searches, and prints the best as lines for rig.toml."""
     model = settled_model(settings)
     azimuths = np.arange(0, 360, 90 if four else 30) * math.pi / 180
     turns = [0.0] if len(model.joints) >= FULL and spherical(model) else np.radians(np.arange(0, 90, 15)).tolist()

@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """0 when every decision is the same, 1 when one differs."""
+    """Returns 0 when every decision is the same, 1 when one differs."""
     reader = open_recording(options.file)
     stream = ((item.topic, item.message, item.log_ns) for item in reader.messages({*INPUTS, *DECISIONS}))
     own = None if options.rig is None else load_rig(options.rig)
@@ -51,7 +51,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def machine_of(reader: RecordingReader, *, seed: int | None = None, rig: RigConfig | None = None) -> SamplingMachine:
-    """A fresh machine with the plan (under another `seed`, if one is given) and the `rig` given, or inside a recording.
+    """Gives a fresh machine with the plan (under another `seed`, if given) and the `rig` given, or inside a recording.
 
     Raises:
         UserError: if the recording is not of a session.

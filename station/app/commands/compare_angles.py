@@ -283,7 +283,7 @@ def _needed(recording: RecordingReader) -> list[str]:
 
 
 def _readings(recording: RecordingReader, asked: int) -> int:
-    """The number of readings at a stop: the recording's own, or what was asked for where it does not say."""
+    """Returns the number of readings at a stop: the recording's own, or what was asked for where it does not say."""
     text = recording.metadata.get("session", {}).get("comparison", "")
     return parse(ComparisonPlan, json_table(text, "comparison of the recorded session")).readings if text else asked
 

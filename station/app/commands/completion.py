@@ -47,7 +47,10 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _commands() -> Iterator[Command]:
-    """All commands with what their own parsers take; one whose package is missing is completed without options."""
+    """Yields all commands with what their own parsers take.
+
+    One whose package is missing is completed without options.
+    """
     from station.__main__ import commands, help_of  # noqa: PLC0415  # that module imports this one's kind
 
     for name, path in commands().items():
@@ -61,7 +64,7 @@ def _commands() -> Iterator[Command]:
 
 
 def _agent_commands() -> Iterator[Command]:
-    """The commands of the camera agent, which is another program: its help tells them."""
+    """Yields the commands of the camera agent, which is another program: its help tells them."""
     for name, help_text in re.findall(r"^    (\w+) +(\S.*)$", _agent_help(), re.MULTILINE):
         found = re.findall(r"^  (?:-\w, )?(--[\w-]+)(?: .*?(?:  +(\S.*))?)?$", _agent_help(name), re.MULTILINE)
         long = tuple((each, " ".join(said.split())) for each, said in found)
@@ -69,14 +72,14 @@ def _agent_commands() -> Iterator[Command]:
 
 
 def _agent_help(*words: str) -> str:
-    """The help of `pi-agent`, or of a command of it, with each explanation in the line of what it explains."""
+    """Returns the help of `pi-agent`, or of a command of it, with each explanation in the line of what it explains."""
     asked = [sys.executable, "-m", "pi_agent", *words, "--help"]
     printed = subprocess.run(asked, capture_output=True, text=True, check=False).stdout
     return re.sub(r"(?<=\S)\n {8,}", "  ", printed)
 
 
 def _bash(program: str, commands: list[Command]) -> str:
-    """A function that knows the words of each command; where it has none to offer, bash completes file names."""
+    """Gives a function that knows the words of each command; where it has none to offer, bash completes file names."""
     function = f"_{program.replace('-', '_')}"
     first = sorted({one.name.split()[0] for one in commands})
     second = {name: [one.name.split()[1] for one in commands if one.name.startswith(f"{name} ")] for name in first}
@@ -109,12 +112,12 @@ def _offered(command: Command) -> list[str]:
 
 
 def _zsh(program: str, commands: list[Command]) -> str:
-    """Zsh reads the completion of bash."""
+    """Returns the completion for zsh, which reads that of bash."""
     return f"autoload -U +X bashcompinit && bashcompinit\n{_bash(program, commands)}"
 
 
 def _fish(program: str, commands: list[Command]) -> str:
-    """A line for each command and each option, with their help."""
+    """Returns a line for each command and each option, with their help."""
     lines = list[str]()
     for one in commands:
         first, _, second = one.name.partition(" ")

@@ -88,7 +88,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _new_folder(out: Path, seed: int) -> Path:
-    """The folder of this demonstration, of which there may be many: named by its seed."""
+    """Returns the folder of this demonstration, of which there may be many: named by its seed."""
     folder = out / str(seed)
     try:
         folder.mkdir(parents=True)

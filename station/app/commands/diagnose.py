@@ -159,7 +159,7 @@ def _write_files(found: Examined, path: Path, options: argparse.Namespace) -> No
 
 
 def _command(name: str, options: argparse.Namespace) -> str:
-    """The command that makes this report again."""
+    """Returns the command that makes this report again."""
     plugins = [word for folder in options.plugins for word in ("--plugins", folder)]
     limit_s = None if options.simulate_limit == LIMIT_S else f"{options.simulate_limit:g}"
     return command_line(

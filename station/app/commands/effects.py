@@ -59,7 +59,7 @@ def _named(name: str, known: Catalogue) -> Effect:
 
 
 def _listed(effects: list[Effect]) -> str:
-    """One paragraph for each effect: its name and place, and below them its law and its parameters."""
+    """Returns one paragraph for each effect: its name and place, and below them its law and its parameters."""
     ordered = sorted(effects, key=lambda one: (one.layer, one.id))
     width = max(len(effect.id) for effect in ordered)
     lines = ["effect: what it is (what it acts in), with its law, and its parameters with their typical sizes"]

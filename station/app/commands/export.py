@@ -121,7 +121,7 @@ def _names(words: str, known: Sequence[str]) -> list[str]:
 
 
 def _measured(paths: Sequence[Path], sessions: Sequence[Session], *, seed: int) -> tuple[list[MeasuredPair], list[str]]:
-    """The pairs of all files, and sentences about those that have no friction to export."""
+    """Returns the pairs of all files, and sentences about those that have no friction to export."""
     curves = [read_pairs(path) for path in paths if path.suffix == ".json"]
     rng = np.random.default_rng(seed)
     found = [pair for each in curves for pair in each.pairs]

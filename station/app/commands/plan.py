@@ -61,7 +61,7 @@ def _between(options: argparse.Namespace) -> NextExperiment:
 
 
 def chosen(text: str, known: Catalogue) -> Sequence[Effect]:
-    """The effects of a list of ids, each once.
+    """Returns the effects of a list of ids, each once.
 
     Raises:
         UserError: for an unknown id, an effect of a simulator's numerics, or no id at all.

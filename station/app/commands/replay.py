@@ -119,7 +119,10 @@ def _write_view(reader: RecordingReader, args: argparse.Namespace, setup: Setup)
 
 
 def setup_for(reader: RecordingReader, *, rig_path: str | None) -> Setup:
-    """Shapes and threshold: from a rig file, else from the recording's own, else guessed from the block's places."""
+    """Returns shapes and threshold.
+
+    They come from a rig file, else from the recording's own, else from a guess by the block's places.
+    """
     threshold = _threshold(reader)
     if rig_path is not None:
         return setup_of(load_rig(Path(rig_path)), threshold=threshold)
@@ -132,7 +135,7 @@ def setup_for(reader: RecordingReader, *, rig_path: str | None) -> Setup:
 
 
 def _own_rig(reader: RecordingReader) -> RigConfig | None:
-    """The recording's rig; one that this version cannot read is as good as none, since a view can do without."""
+    """Gives the recording's rig; one that this version cannot read is as good as none, since a view can do without."""
     try:
         return attached_rig(reader)
     except UserError:

@@ -85,7 +85,7 @@ def _interrupted(_number: int, _frame: FrameType | None) -> None:
 
 
 def _view(rig_path: str, *, wanted: bool) -> subprocess.Popen[bytes] | None:
-    """The live view as a process of its own, so that drawing never delays the station."""
+    """Returns the live view as a process of its own, so that drawing never delays the station."""
     if wanted and has_display():
         return _start("station", "replay", "--live", "--rig", rig_path)
     print(f"To watch it live: {how_to_call('station')} replay --live --rig {from_here(Path(rig_path))}", flush=True)
@@ -126,7 +126,7 @@ def _watch(session: subprocess.Popen[bytes], helpers: list[subprocess.Popen[byte
 
 
 def _ending(session: subprocess.Popen[bytes], out: Path) -> int:
-    """The session's exit status; one that was killed could not say itself what is left of it."""
+    """Returns the session's exit status; one that was killed could not say itself what is left of it."""
     status = int(session.returncode)
     if status >= 0:
         return status

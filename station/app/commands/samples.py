@@ -70,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _read(file: Path) -> tuple[tuple[Sample, ...], tuple[str, ...]]:
-    """The samples in a file, and sentences on what is in their place and is none, and on what the rig conceals."""
+    """Returns the samples in a file, and sentences on what is in their place and is none, and what the rig conceals."""
     if file.suffix != ".mcap":
         return read_samples(file), ()
     reader = open_recording(file)
@@ -88,7 +88,7 @@ def _many(found: Chosen, args: argparse.Namespace) -> int:
 
 
 def console() -> Console:
-    """The terminal that tables are printed to."""
+    """Returns the terminal that tables are printed to."""
     # A pipe has no width: the table keeps its own.
     return Console(width=None if sys.stdout.isatty() else 140, highlight=False)
 

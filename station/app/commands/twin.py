@@ -25,7 +25,7 @@ LEAST_HZ = 100.0
 
 
 def tick_rate_hz(camera_hz: float) -> float:
-    """The rate at which the twin is asked is a multiple of the scenes' rate that is enough for the arm agent."""
+    """Returns the rate at which the twin is asked: a multiple of the scenes' rate that is enough for the arm agent."""
     scenes_hz = SCENES_A_FRAME * camera_hz
     return scenes_hz * math.ceil(LEAST_HZ / scenes_hz)
 

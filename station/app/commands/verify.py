@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """0 when everything that can be derived is identical and no signature is broken, 1 otherwise."""
+    """Returns 0 when everything that can be derived is identical and no signature is broken, 1 otherwise."""
     found = verify(options.file, keys=keys_folder(options.keys))
     if options.json:
         print(json.dumps(found.as_json(), indent=2, allow_nan=False))

@@ -35,7 +35,7 @@ class Release:
 
 
 def checkout() -> Path:
-    """The folder that holds pi_agent, shared and deploy.
+    """Returns the folder that holds pi_agent, shared and deploy.
 
     Raises:
         UserError: if this is not a checkout.
@@ -46,7 +46,7 @@ def checkout() -> Path:
 
 
 def build_release(rig: RigConfig, *, folder: Path, code: Path, keys: Path | None, root: str) -> Release:
-    """The release for a rig whose file lies in `folder`.
+    """Builds the release for a rig whose file lies in `folder`.
 
     Raises:
         UserError: if a part is missing.
@@ -68,14 +68,14 @@ def build_release(rig: RigConfig, *, folder: Path, code: Path, keys: Path | None
 
 
 def unit_text(root: str = "/") -> str:
-    """The systemd unit, for an installation below `root`."""
+    """Returns the systemd unit, for an installation below `root`."""
     prefix = root.rstrip("/")
     text = (DEPLOY / UNIT).read_text(encoding="utf-8")
     return text.replace("/opt/repose", f"{prefix}/opt/repose") if prefix else text
 
 
 def tool_archive() -> bytes:
-    """The part that runs on the target, as a zip archive that Python runs; the same bytes every time."""
+    """Returns the part that runs on the target, as a zip archive that Python runs; the same bytes every time."""
     folder = Path(__file__).parent / "target"
     members = {"__main__.py": "import sys\nfrom target.main import main\nsys.exit(main(sys.argv[1:]))\n"}
     members |= {f"target/{path.name}": path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.py"))}
@@ -116,7 +116,10 @@ def _code_files(code: Path) -> dict[str, bytes]:
 
 
 def _companions(rig: RigConfig, folder: Path) -> dict[str, bytes]:
-    """The files that the rig file names and that lie beside it: the calibration, and what a played camera plays."""
+    """Returns the files that the rig file names and that lie beside it.
+
+    These are the calibration, and what a played camera plays.
+    """
     names = [rig.camera.calibration]
     if rig.camera.driver == "video_file":
         names.append(str(rig.camera.options.values.get("path", "")))

@@ -40,7 +40,7 @@ class Facts:
 
 
 def parse_facts(text: str) -> Facts:
-    """The facts from the probe's lines; lines of others (a login's greeting) are passed over."""
+    """Returns the facts from the probe's lines; lines of others (a login's greeting) are passed over."""
     known = {spec.name for spec in fields(Facts)}
     pairs = (line.partition("=") for line in text.splitlines())
     return Facts(**{key: value.strip() for key, _, value in pairs if key in known})
@@ -76,7 +76,7 @@ def require_supported(facts: Facts, *, foreign: bool) -> None:
 
 
 def findings_of(facts: Facts, rig: RigConfig, *, system: System | None, ahead_s: float, forced: bool) -> list[Finding]:
-    """All that is wrong with a supported target.
+    """Finds all that is wrong with a supported target.
 
     `ahead_s` is its clock less this one; `system` is None when the user brings a lock.
     """

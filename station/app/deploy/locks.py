@@ -22,12 +22,12 @@ class Pin:
 
 
 def normal(name: str) -> str:
-    """A distribution's name in the one spelling that compares (PEP 503)."""
+    """Returns a distribution's name in the one spelling that compares (PEP 503)."""
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
 def read_lock(path: Path) -> tuple[Pin, ...]:
-    """The pins of a lock file as `uv pip compile --generate-hashes` writes it.
+    """Reads the pins of a lock file as `uv pip compile --generate-hashes` writes it.
 
     Raises:
         UserError: if it is missing, or a line is not an exact pin with a hash.

@@ -87,7 +87,7 @@ class Remote:
 
     @contextlib.contextmanager
     def feed(self, *words: str) -> Generator[IO[bytes]]:
-        """A command with privileges whose standard input is written by the caller.
+        """Runs a command with privileges whose standard input is written by the caller.
 
         Raises:
             UserError: if it fails.
@@ -108,7 +108,7 @@ class Remote:
             raise UserError(f"On {self.target}, `{shlex.join(words)[:120]}` failed: {said or 'the connection broke'}")
 
     def tunnel(self, port: int) -> int:
-        """A port of this computer's loopback that leads to the target's own `port`.
+        """Returns a port of this computer's loopback that leads to the target's own `port`.
 
         Raises:
             UserError: if the target's ssh server forbids it.
@@ -123,7 +123,7 @@ class Remote:
         return own
 
     def ahead_s(self) -> tuple[float, float]:
-        """The target's clock less this computer's, by the quickest of five round trips, and the most it may be off.
+        """Returns the target's clock less this computer's, by the quickest of five round trips, and its largest error.
 
         Raises:
             UserError: if the target does not tell the time.

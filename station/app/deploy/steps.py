@@ -43,7 +43,7 @@ class Wishes:
 
 
 def say(text: str) -> None:
-    """One line of progress."""
+    """Says one line of progress."""
     print(text, flush=True)
 
 
@@ -81,7 +81,7 @@ class Deployment:
         return self._tool("status", "--root", self.wishes.root, "--supervisor", self.supervisor)
 
     def roll_back(self) -> str:
-        """Back to the release before; what was done, in words."""
+        """Goes back to the release before; returns what was done, in words."""
         done = self._tool("rollback", "--root", self.wishes.root, "--supervisor", self.supervisor)
         return str(done["did"])
 
@@ -161,7 +161,7 @@ class Deployment:
         return wheels.fetch(lock, folder, system)
 
     def _packages(self, rig: RigConfig, *, own_numpy: bool) -> None:
-        """Debian's packages, by apt, only those that are missing."""
+        """Installs Debian's packages by apt, only those that are missing."""
         have = {"python3-numpy": self.facts.numpy or own_numpy, systems.PICAMERA: self.facts.picamera2}
         missing = [name for name in systems.apt_packages(driver=rig.camera.driver) if not have[name]]
         chrony = ["chrony"] if self._clock_wanted() and not self.facts.chrony else []
@@ -184,7 +184,7 @@ class Deployment:
         return self.wishes.clock and self.wishes.root == "/"
 
     def _station(self) -> str:
-        """The station's address as the target sees it."""
+        """Returns the station's address as the target sees it."""
         return (self.wishes.station or self.facts.client) if self._clock_wanted() else ""
 
     def _upload(self, release: bundle.Release, venv: str, wheels_of: Callable[[], list[Path]]) -> None:
@@ -248,7 +248,7 @@ def _unpacked(files: list[Path]) -> Generator[Path | None]:
 
 
 def _venv_id(about: Facts, pins: tuple[locks.Pin, ...]) -> str:
-    """The dependencies' name on the target: equal pins share a venv."""
+    """Returns the dependencies' name on the target: equal pins share a venv."""
     text = "\n".join(
         f"{pin.name}=={pin.version} {' '.join(sorted(pin.hashes))}" for pin in sorted(pins, key=lambda p: p.name)
     )

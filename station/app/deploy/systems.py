@@ -53,7 +53,7 @@ SYSTEMS = {
 
 
 def system_of(codename: str) -> System:
-    """The system with this codename.
+    """Returns the system with this codename.
 
     Raises:
         UserError: if there is no lock for it.
@@ -67,5 +67,5 @@ def system_of(codename: str) -> System:
 
 
 def apt_packages(*, driver: str) -> tuple[str, ...]:
-    """The Debian packages that the agent needs with this camera driver."""
+    """Returns the Debian packages that the agent needs with this camera driver."""
     return ("python3-numpy", *((PICAMERA,) if driver == "pi_camera" else ()))

@@ -43,7 +43,7 @@ class Arrival:
     fault: str
 
     def __str__(self) -> str:
-        """One line for the terminal."""
+        """Returns one line for the terminal."""
         fault = f"; the agent says: {self.fault}" if self.fault else ""
         return (
             f"{self.corners} corners at {self.rate_hz:.3g} Hz, marker found in {self.found}, {self.dropped} frames "
@@ -69,7 +69,7 @@ class _Listener:
             self.found += message.found
 
     def _fresh(self, message: MarkerCorners) -> bool:
-        """True if it is neither of an earlier agent's cache nor from before anybody listened, however slow it came."""
+        """Returns true if it is neither of an earlier agent's cache nor from before anybody listened, however slow."""
         if not self.trips or self.status is None or message.boot_id != self.status.boot_id:
             return False
         return message.capture_ns + best_of(self.trips)[0].offset_ns > self.since_ns

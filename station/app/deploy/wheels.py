@@ -18,12 +18,12 @@ CACHE = Path.home() / ".cache" / "repose" / "wheels"
 
 
 def wheel_folder(system: System) -> Path:
-    """The folder of a system's wheels on this laptop."""
+    """Returns the folder of a system's wheels on this laptop."""
     return CACHE / system.codename
 
 
 def find_wheels(lock: Path, folder: Path) -> list[Path]:
-    """The wheel of every pin, each with a hash that the lock allows.
+    """Finds the wheel of every pin, each with a hash that the lock allows.
 
     Raises:
         UserError: naming the first that is missing, or whose content is not the pinned one.
@@ -100,7 +100,7 @@ def unpack(wheels: list[Path], site: Path) -> None:
 
 
 def _place_in_site(name: str) -> str | None:
-    """The path of a wheel's member; None for scripts, headers and data."""
+    """Returns the path of a wheel's member; None for scripts, headers and data."""
     first, _, rest = name.partition("/")
     if not first.endswith(".data"):
         return name

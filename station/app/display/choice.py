@@ -22,13 +22,13 @@ class Display(Protocol):
     """Shows a session while it runs; a context manager."""
 
     def __enter__(self) -> Self:
-        """The session begins."""
+        """Begins to show the session."""
         ...
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None, /
     ) -> None:
-        """It is over, in whatever way."""
+        """Ends the display, in whatever way the session ended."""
         ...
 
     def attach(self, bus: Bus) -> None:
@@ -36,15 +36,15 @@ class Display(Protocol):
         ...
 
     def line(self, level: str, text: str) -> None:
-        """A line of the session's log."""
+        """Takes a line of the session's log."""
         ...
 
     def tell(self, done: int) -> None:
-        """`done` samples are there; called often."""
+        """Shows that `done` samples are there; called often."""
         ...
 
     def end(self, fault: str) -> None:
-        """The recording is closed; `fault` is empty or says why the session ended early."""
+        """Shows that the recording is closed; `fault` is empty or says why the session ended early."""
         ...
 
 
@@ -57,7 +57,7 @@ def display_of(
     nominal_hz: float = 0.0,
     notes: Sequence[str] = (),
 ) -> Display:
-    """The display of a session that is recorded to `path`; `nominal_hz` is the rate of the rig's camera.
+    """Returns the display of a session that is recorded to `path`; `nominal_hz` is the rate of the rig's camera.
 
     `notes` on the rig are told to scripts at the start; on the terminal they stand in the summary at the end.
     """

@@ -16,14 +16,14 @@ SOON_FULL = 10
 
 
 def silence(part: str, text: str, *, ended: bool) -> Health:
-    """A part that says nothing, in the words of `text`: a fault, unless the session has `ended`."""
+    """Returns a part that says nothing, in the words of `text`: a fault, unless the session has `ended`."""
     if ended:
         return Health(part=part, well=True, text="silent, as the session has ended", off=True)
     return Health(part=part, well=False, text=text)
 
 
 def camera(status: AgentStatus | None, *, nominal_hz: float) -> Health:
-    """The camera by its agent's status. The rate is low where `station doctor` would reject it in the recording.
+    """Gives the camera by its agent's status. The rate is low where `station doctor` would reject it in the recording.
 
     A slide is timed by its frames: at 5°/s the plate turns by 0.06° between frames at 90 Hz, by 0.2° at 25 Hz. A second
     of `make run` on idle cores has 87 to 91 of 90 frames, 97 % and more. A `nominal_hz` of 0 judges no rate.
@@ -44,7 +44,7 @@ def _rate(status: AgentStatus, nominal_hz: float, *, low: bool) -> str:
 
 
 def clocks(known: Mapping[str, ClockOffset], *, ended: bool) -> Health:
-    """The offset of each agent's clock."""
+    """Returns the offset of each agent's clock."""
     if not known:
         return silence("clock", "not measured yet", ended=ended)
     offsets = [
@@ -54,7 +54,7 @@ def clocks(known: Mapping[str, ClockOffset], *, ended: bool) -> Health:
 
 
 def disk(paths: Sequence[Path]) -> Health:
-    """The size of the recording at the first of these paths that has it, and the room that is left on its disk."""
+    """Returns the size of the recording at the first of these paths that has it, and the room left on its disk."""
     files = [file for path in paths for file in (partial_path(path), path) if file.exists()]
     written = f"{1e-6 * files[0].stat().st_size:.1f} MB written" if files else "no recording in this folder"
     free = _free_bytes(files[0] if files else paths[0])
@@ -64,7 +64,7 @@ def disk(paths: Sequence[Path]) -> Health:
 
 
 def _free_bytes(path: Path) -> int | None:
-    """The room on the disk of a path: that of its nearest folder that exists."""
+    """Returns the room on the disk of a path: that of its nearest folder that exists."""
     folder = next((each for each in path.absolute().parents if each.is_dir()), None)
     try:
         return None if folder is None else shutil.disk_usage(folder).free

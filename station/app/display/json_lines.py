@@ -54,7 +54,7 @@ class JsonLinesDisplay:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Nothing is left to be done."""
+        """Does nothing: nothing is left to be done."""
 
     def attach(self, bus: Bus) -> None:
         """Follows the session on this bus."""
@@ -63,7 +63,7 @@ class JsonLinesDisplay:
         bus.subscribe("session/sample", self._on_sample)
 
     def line(self, level: str, text: str) -> None:
-        """A line of the log."""
+        """Writes a line of the log."""
         self._write("log", level=level, text=text)
 
     def tell(self, done: int) -> None:
@@ -104,5 +104,5 @@ class JsonLinesDisplay:
 
 
 def _degrees(angle_rad: float) -> float | None:
-    """None for what is unknown: JSON has no nan."""
+    """Returns None for what is unknown: JSON has no nan."""
     return math.degrees(angle_rad) if math.isfinite(angle_rad) else None

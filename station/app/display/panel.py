@@ -51,14 +51,14 @@ class PanelDisplay:
         self._watched.attach(bus)
 
     def line(self, level: str, text: str) -> None:
-        """A line of the log."""
+        """Takes a line of the log."""
         self._watched.line(level, text)
 
     def tell(self, done: int) -> None:
-        """Nothing: the panel is drawn by itself."""
+        """Does nothing: the panel is drawn by itself."""
 
     def end(self, fault: str) -> None:
-        """Nothing: the summary follows."""
+        """Does nothing: the summary follows."""
 
 
 # The ranks of the rows where a terminal is low: the smaller, the longer a row stays. The phase stands in the title.
@@ -66,7 +66,7 @@ _FIRST, _HOW_FAR, _NEWEST, _HEALTH, _MEANS, _OLDER = range(6)
 
 
 def rendered(moment: Moment) -> Fitted:
-    """The panel of a moment: about 16 rows, or as many as the terminal has."""
+    """Returns the panel of a moment: about 16 rows, or as many as the terminal has."""
     now = [Part(rank, _named(Text(name, style="dim"), value)) for rank, name, value in _now(moment)]
     means = Part(_MEANS, _directions(moment.by_direction))
     health = [Part(_HEALTH if part.well else _FIRST, _named(*_health(part))) for part in moment.health]
@@ -75,7 +75,7 @@ def rendered(moment: Moment) -> Fitted:
 
 
 def _named(name: Text, value: RenderableType) -> RenderableType:
-    """A row of a name and a value, the values of all rows below each other."""
+    """Returns a row of a name and a value, the values of all rows below each other."""
     row = Table.grid(padding=(0, 2))
     row.add_column(width=_NAMES)
     row.add_column()
@@ -84,9 +84,9 @@ def _named(name: Text, value: RenderableType) -> RenderableType:
 
 
 def _log(lines: Sequence[str]) -> list[Part]:
-    """The newest lines, broken between words, in as many rows as lines are kept; the newest is whole all the same.
+    """Returns the newest lines, broken between words, in as many rows as lines are kept.
 
-    A remedy stands at the end of its sentence, and a low terminal has no further rows.
+    Only the newest is whole, however long it is. A remedy stands at the end of its sentence, and a low terminal has no further rows.
     """
     rows, parts = 0, list[Part]()
     for line in reversed(lines):
@@ -103,7 +103,7 @@ def _title(moment: Moment) -> str:
 
 
 def _now(moment: Moment) -> list[tuple[int, str, RenderableType]]:
-    """The rows that change the most: rank, name and value."""
+    """Returns the rows that change the most: rank, name and value."""
     tilt = Text("–" if moment.tilt_deg is None else f"{moment.tilt_deg:6.2f}°")
     return [
         (_FIRST, "direction", Text(_direction(moment.direction, moment.azimuth_deg))),
@@ -126,7 +126,7 @@ def _distance(moment: Moment) -> RenderableType:
 
 
 def _distance_text(moment: Moment) -> str:
-    """The distance in mm, or in px while the camera's geometry is unknown."""
+    """Returns the distance in mm, or in px while the camera's geometry is unknown."""
     moved, threshold, unit = moment.moved_mm, moment.threshold_mm, "mm"
     if moved is None or threshold is None:
         moved, threshold, unit = moment.moved_px or 0.0, moment.threshold_px or 0.0, "px"
@@ -151,6 +151,6 @@ def _health(part: Health) -> tuple[Text, Text]:
 
 
 def _direction(number: int | None, azimuth_deg: float | None) -> str:
-    """A direction by its number, with the azimuth of the tilting axis where that is known."""
+    """Returns a direction by its number, with the azimuth of the tilting axis where that is known."""
     name = "–" if number is None else "free" if number < 0 else str(number)
     return name if azimuth_deg is None else f"{name} ({azimuth_deg:.0f}°)"

@@ -17,22 +17,22 @@ class PlainDisplay:
         self._console, self._progress = console, ProgressLines(console, total=total)
 
     def __enter__(self) -> PlainDisplay:
-        """Itself."""
+        """Returns itself."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Nothing is left to be done."""
+        """Does nothing: nothing is left to be done."""
 
     def attach(self, bus: Bus) -> None:
-        """Nothing: the samples' number is told."""
+        """Does nothing: the samples' number is told."""
 
     def line(self, level: str, text: str) -> None:
-        """A line of the log."""
+        """Prints a line of the log."""
         self._console.print(f"[dim]{level}[/] {escape(visible(text))}")
 
     def tell(self, done: int) -> None:
-        """`done` samples are there."""
+        """Shows that `done` samples are there."""
         self._progress.at(done)
 
     def end(self, fault: str) -> None:
-        """Nothing: the summary follows."""
+        """Does nothing: the summary follows."""

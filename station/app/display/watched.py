@@ -135,7 +135,7 @@ class Watched:
             self._begin = self._seconds() - 1e-9 * (status.stamp_ns - status.started_ns)
 
     def moment(self, *, ended: bool = False) -> Moment:
-        """The session now; once it has `ended`, a part that is silent is none to worry about."""
+        """Returns the session now; once it has `ended`, a part that is silent is none to worry about."""
         passed_s, tilt_deg = self._seconds() - self._begin, self._tilt_deg()
         moved_px, threshold_px = self._moved_px(), self._threshold_px(tilt_deg)
         if moved_px is None:
@@ -171,7 +171,7 @@ class Watched:
         return None if tilt_deg is None else slip.base_px + slip.per_deg_px * tilt_deg
 
     def _mm(self, size_px: float | None) -> float | None:
-        """A length in the picture in mm at the height of the mark, which is nearer to the camera than the plate."""
+        """Returns a length in the picture in mm at the height of the mark, nearer to the camera than the plate."""
         seen = self._newest.get(CameraGeometry)
         if size_px is None or not isinstance(seen, CameraGeometry):
             return None
@@ -180,7 +180,7 @@ class Watched:
         return size_px * seen.mm_per_px * mark_scale(seen)
 
     def _moved_px(self) -> float | None:
-        """The displacement (px) of the corner with which the slip rule would be fulfilled."""
+        """Returns the displacement (px) of the corner with which the slip rule would be fulfilled."""
         corners, reference = self._newest.get(MarkerCorners), self._reference.corners_px
         if reference is None or not isinstance(corners, MarkerCorners) or not corners.found:
             return None

@@ -80,7 +80,7 @@ def _spare(calibration: FilePath | None) -> CameraGeometry | None:
 
 
 def _sessions(every: Sequence[Source], *, spare: CameraGeometry | None) -> list[Session]:
-    """The sessions in their order; files are read together, as large ones take several processes."""
+    """Returns the sessions in their order; files are read together, as large ones take several processes."""
     files = [path_of(one) for one in every if not isinstance(one, Recording | Session)]
     read = iter(read_sessions(files, spare=spare))
     return [_given_session(one, spare) if isinstance(one, Recording | Session) else next(read) for one in every]
@@ -130,7 +130,7 @@ class Analysed:
         return limit_curve_table(self.results)
 
     def to_html(self) -> str:
-        """The whole report as one page that fetches nothing; its figures take seconds to draw."""
+        """Returns the whole report as one page that fetches nothing; its figures take seconds to draw."""
         with made_by(self.command):
             pictures = {result.pair.name: _pictures(result) for result in self.results}
             return html_report(self.results, sources=self._sources, pictures=pictures, notes=notes_of(self.sessions))
@@ -149,15 +149,15 @@ class Analysed:
         return [session.source for session in self.sessions]
 
     def in_words(self) -> Iterator[RenderableType]:
-        """Tables and conclusions for a rich.Console."""
+        """Returns tables and conclusions for a rich.Console."""
         return analysing.in_words(self.results, self.sessions)
 
     def __repr__(self) -> str:
-        """The words that `station analyze` prints."""
+        """Returns the words that `station analyze` prints."""
         return as_text(self.in_words())
 
     def _repr_html_(self) -> str:
-        """Conclusions, tables and two figures of each pair, for a notebook."""
+        """Returns conclusions, tables and two figures of each pair, for a notebook."""
         parts: list[str] = []
         with made_by(self.command):
             for result in self.results:

@@ -23,7 +23,10 @@ _XY = tuple(enumerate("xy"))
 
 
 def samples(every: Sequence[Sample]) -> Columns:
-    """A row for each run, with the columns that `station samples --csv` writes: what is written can be read again."""
+    """Returns a row for each run, with the columns that `station samples --csv` writes.
+
+    What is written can be read again.
+    """
     found: Columns = {}
     for spec in fields(Sample):
         values = [getattr(sample, spec.name) for sample in every]
@@ -37,7 +40,7 @@ def samples(every: Sequence[Sample]) -> Columns:
 
 
 def _numbered(name: str, values: Sequence[Sequence[float]]) -> Columns:
-    """A column for each number of a vector; nan where a run has none."""
+    """Returns a column for each number of a vector; nan where a run has none."""
     table = np.full((len(values), LENGTHS[name]), np.nan)
     for row, vector in zip(table, values, strict=True):
         row[: len(vector)] = vector
@@ -45,7 +48,7 @@ def _numbered(name: str, values: Sequence[Sequence[float]]) -> Columns:
 
 
 def corners(signals: Signals) -> Columns:
-    """A row for each frame of the block's mark."""
+    """Returns a row for each frame of the block's mark."""
     track = signals.corners
     columns = {f"{axis}{corner}_px": track.corner_px[:, corner, index] for corner in range(4) for index, axis in _XY}
     return {
@@ -62,7 +65,7 @@ def corners(signals: Signals) -> Columns:
 
 
 def poses(signals: Signals) -> Columns:
-    """A row for each frame in which the block was found."""
+    """Returns a row for each frame in which the block was found."""
     seen = poses_of(signals)
     x_m, y_m, yaw_rad = seen.pose.T
     own = {"x_m": x_m, "y_m": y_m, "yaw_rad": yaw_rad, "flat": seen.flat}
@@ -70,7 +73,7 @@ def poses(signals: Signals) -> Columns:
 
 
 def attitude(signals: Signals) -> Columns:
-    """A row for each attitude of the plate."""
+    """Returns a row for each attitude of the plate."""
     track = signals.attitude
     qw, qx, qy, qz = track.quaternion.T
     wx, wy, wz = track.rate_rad_s.T
@@ -86,12 +89,14 @@ def attitude(signals: Signals) -> Columns:
 
 
 def of_track(track: Any) -> Columns:
-    """The columns of a track whose fields are its columns."""
+    """Returns the columns of a track whose fields are its columns."""
     return {spec.name: getattr(track, spec.name) for spec in fields(track)}
 
 
 def run_at(signals: Signals, time_ns: Times) -> Integers:
-    """The numbers (n,) of the runs that go on at the times `time_ns` (n,), ns, which ascend; `NO_RUN` if none does.
+    """Returns the numbers (n,) of the runs that go on at the times `time_ns` (n,), ns, which ascend.
+
+    It is `NO_RUN` where none does.
 
     A run goes on from its first event, and before its last.
     """

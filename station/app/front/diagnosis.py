@@ -75,7 +75,7 @@ def diagnose(
 
 
 def _given(simulation: Any) -> Any:
-    """The simulation as the diagnosis takes it: a file or a simulator by its name, and whatever else as it is."""
+    """Gives the simulation as the diagnosis takes it: a file or a simulator by its name, and whatever else as it is."""
     if isinstance(simulation, Recording):
         return simulation.name
     return str(simulation) if isinstance(simulation, Path) else simulation
@@ -111,11 +111,11 @@ class Diagnosed(Examined):
         return dict(self.diagnosis.model)
 
     def to_dict(self) -> dict[str, Any]:
-        """The same as `station diagnose --json`; a number that does not exist is None."""
+        """Returns the same as `station diagnose --json`; a number that does not exist is None."""
         return as_json(self.diagnosis)
 
     def to_html(self) -> str:
-        """The whole report as one page that fetches nothing."""
+        """Returns the whole report as one page that fetches nothing."""
         return html_page(self.diagnosis, self.pictures, seed=self.seed)
 
     def write_report(self, path: FilePath) -> None:
@@ -135,11 +135,11 @@ class Diagnosed(Examined):
         write_text(Path(path), tomli_w.dumps(self.model), what="model")
 
     def __repr__(self) -> str:
-        """The words that `station diagnose` prints."""
+        """Returns the words that `station diagnose` prints."""
         return as_text([summary(self.diagnosis)])
 
     def _repr_html_(self) -> str:
-        """The answer with its figures, for a notebook."""
+        """Returns the answer with its figures, for a notebook."""
         command = command_line("station", "diagnose", self.diagnosis.recording, seed=self.seed)
         with style(), made_by(command):
             return fragment(about(self.diagnosis), headline(self.diagnosis), *_sections(self))

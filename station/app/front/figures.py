@@ -20,7 +20,10 @@ _SIZE = {"width_in": 6.4, "height_in": 2.6}
 
 
 def onsets_by_run(samples: Sequence[Sample]) -> str:
-    """The tilt at each run's onset, coloured by its direction; runs without a slide and flagged ones are marked."""
+    """Returns the tilt at each run's onset, coloured by its direction.
+
+    Runs without a slide and flagged ones are marked.
+    """
     with style():
         figure = new_figure(**_SIZE)
         axes = figure.add_subplot()
@@ -40,7 +43,7 @@ def onsets_by_run(samples: Sequence[Sample]) -> str:
 
 
 def again(recorded: Sequence[Sample], simulated: Sequence[Sample], paths: tuple[Poses, Poses]) -> str:
-    """Recorded and simulated onsets by run, and the paths of the block on the plate."""
+    """Returns recorded and simulated onsets by run, and the paths of the block on the plate."""
     with style():
         figure = new_figure(width_in=8.4, height_in=3.0)
         onsets, plate = figure.subplots(1, 2, width_ratios=(3, 2))

@@ -27,12 +27,12 @@ _STYLE = """\
 
 
 def fragment(*parts: str) -> str:
-    """The parts under one style that holds for them alone."""
+    """Returns the parts under one style that holds for them alone."""
     return f'<div class="station"><style>\n{_STYLE}</style>{"".join(parts)}</div>'
 
 
 def html_table(table: Table) -> str:
-    """A table for the terminal as HTML, with its title."""
+    """Returns a table for the terminal as HTML, with its title."""
     cells = [[escape(str(cell)) for cell in column.cells] for column in table.columns]
     head = [str(column.header) for column in table.columns]
     return pieces.table(head, list(zip(*cells, strict=True)), caption=str(table.title or ""))

@@ -81,7 +81,7 @@ class Recording:
         return self.reader.samples()
 
     def rig(self, path: FilePath | None = None) -> RigConfig:
-        """The rig of the file at `path`, or else the one that the recording carries.
+        """Returns the rig of the file at `path`, or else the one that the recording carries.
 
         Raises:
             UserError: if there is none, or it cannot be read.
@@ -154,7 +154,7 @@ class Recording:
     # --- what it shows ------------------------------------------------------------------------------------------------
 
     def __repr__(self) -> str:
-        """The recording in words, and the onsets by direction."""
+        """Returns the recording in words, and the onsets by direction."""
         return as_text(self._shown())
 
     def _shown(self) -> Sequence[RenderableType]:
@@ -177,7 +177,7 @@ class Recording:
         return f"; {self.reader.duration_s:.1f} s from {begin:%Y-%m-%d %H:%M:%S} UTC"
 
     def _repr_html_(self) -> str:
-        """The same with a figure, for a notebook."""
+        """Returns the same with a figure, for a notebook."""
         parts = [pieces.paragraph(line) for line in (self._about(), *self._notes())]
         if self.every_sample:
             from station.app.front.figures import onsets_by_run  # noqa: PLC0415  # matplotlib is slow to load
@@ -188,7 +188,7 @@ class Recording:
 
 
 def opened(recording: Recording | FilePath) -> Recording:
-    """The recording itself, or the one at that path.
+    """Returns the recording itself, or the one at that path.
 
     Raises:
         UserError: as `open`.
@@ -197,7 +197,7 @@ def opened(recording: Recording | FilePath) -> Recording:
 
 
 def path_of(path: FilePath, *, expected: str = "a recording or the path of a file") -> Path:
-    """The path of a file that was named.
+    """Returns the path of a file that was named.
 
     Raises:
         UserError: for what is no path.

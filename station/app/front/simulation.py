@@ -81,7 +81,7 @@ def simulate(
 
 
 def _model(model: FilePath | Mapping[str, Any], rig: RigConfig) -> tuple[Model, str]:
-    """The model and its text as model.toml."""
+    """Returns the model and its text as model.toml."""
     if isinstance(model, Mapping):
         return model_of_table(model, catalogue_of_table(rig.physics)), tomli_w.dumps(dict(model))
     path = path_of(model, expected="the path of a model.toml or its tables")
@@ -163,7 +163,7 @@ class Simulated(Recording):
         return self.recorded.signals.samples, self.every_sample
 
     def _repr_html_(self) -> str:
-        """The same with a figure, for a notebook."""
+        """Returns the same with a figure, for a notebook."""
         from station.app.front.figures import again  # noqa: PLC0415  # matplotlib is slow to load
 
         paths = poses_of(self.recorded.signals), poses_of(self.signals)

@@ -46,12 +46,12 @@ class Table:
         return self._columns[name]
 
     def to_numpy(self) -> dict[str, Column]:
-        """The columns by name, as arrays (n,) that cannot be written to."""
+        """Returns the columns by name, as arrays (n,) that cannot be written to."""
         return dict(self._columns)
 
     @missing_as_user_error()
     def to_pandas(self) -> pd.DataFrame:
-        """The table as a DataFrame with a row for each moment or run.
+        """Returns the table as a DataFrame with a row for each moment or run.
 
         Raises:
             UserError: if pandas is not installed.
@@ -62,7 +62,7 @@ class Table:
 
     @missing_as_user_error()
     def to_arrow(self) -> pa.Table:  # pyright: ignore[reportUnknownParameterType]  # pyarrow has no types
-        """The table in Arrow's form, which polars, DuckDB and Parquet take.
+        """Returns the table in Arrow's form, which polars, DuckDB and Parquet take.
 
         Raises:
             UserError: if pyarrow is not installed.
@@ -72,7 +72,7 @@ class Table:
         return pa.table({name: pa.array(column) for name, column in self._columns.items()})
 
     def __repr__(self) -> str:
-        """The columns with their first values, a line each; those that hold nothing in one line at the end."""
+        """Returns the columns with their first values, a line each; those that hold nothing in one line at the end."""
         known = {name: column for name, column in self._columns.items() if _says_something(column)}
         wide = max(map(len, known), default=0)
         lines = [f"  {name:{wide}}  {', '.join(_first(column))}" for name, column in known.items()]
@@ -81,7 +81,7 @@ class Table:
         return "\n".join([_count(self), *lines, *ending])
 
     def _repr_html_(self) -> str:
-        """The first rows, for a notebook."""
+        """Returns the first rows, for a notebook."""
         first = [[escape(_digits(value)) for value in column[:_ROWS].tolist()] for column in self._columns.values()]
         rows = [list(row) for row in zip(*first, strict=True)]
         return fragment(pieces.table(self.columns, rows, caption=_count(self)))
@@ -94,7 +94,7 @@ def _read_only(column: Column) -> Column:
 
 
 def _says_something(column: Column) -> bool:
-    """True if any row has a value: a number that is one, or a text that is not empty."""
+    """Returns true if any row has a value: a number that is one, or a text that is not empty."""
     if column.dtype.kind == "f":
         return not np.isnan(column).all()
     return len(column) > 0 and (column.dtype.kind not in "OU" or any(column.tolist()))
@@ -106,7 +106,7 @@ def _first(column: Column) -> list[str]:
 
 
 def _digits(value: object) -> str:
-    """A value in six digits; whole numbers, such as times, in all of theirs."""
+    """Returns a value in six digits; whole numbers, such as times, in all of theirs."""
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 

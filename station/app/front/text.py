@@ -10,7 +10,7 @@ _WIDTH = 120
 
 
 def as_text(parts: Iterable[RenderableType]) -> str:
-    """The parts one below the other, in lines of at most 120 letters; a plain text keeps its lines."""
+    """Returns the parts one below the other, in lines of at most 120 letters; a plain text keeps its lines."""
     console = Console(width=_WIDTH, highlight=False, color_system=None)
     with console.capture() as printed:
         for part in parts:

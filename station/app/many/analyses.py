@@ -20,7 +20,7 @@ M = TypeVar("M", bound=Message)
 
 
 def reading() -> Command:
-    """The command: each recording is read by itself."""
+    """Returns the command that reads each recording by itself."""
     return Command(
         name="analyze",
         work=read,
@@ -30,7 +30,7 @@ def reading() -> Command:
 
 
 def sessions_of(rows: Iterable[Row]) -> list[Session]:
-    """The sessions that could be read."""
+    """Returns the sessions that could be read."""
     return [_session(row) for row in rows if row.status != "failed"]
 
 
@@ -43,7 +43,7 @@ def _session(row: Row) -> Session:
 
 
 def read(path: Path, name: str) -> Result:
-    """A recording's samples and calibration as plain values."""
+    """Returns a recording's samples and calibration as plain values."""
     session = read_session(path)
     geometry = session.geometry and without_nan(asdict(session.geometry))
     return {
@@ -55,7 +55,7 @@ def read(path: Path, name: str) -> Result:
 
 
 def _message(cls: type[M], values: Mapping[str, Any]) -> M:
-    """The message of plain values; JSON has no nan."""
+    """Returns the message of plain values; JSON has no nan."""
     return cls(**{name: _number(value) for name, value in values.items()})
 
 

@@ -17,7 +17,7 @@ from station.recording.reader import digest, open_recording
 
 
 def checking(*, with_digest: bool) -> Command:
-    """The command with its options."""
+    """Returns the command with its options."""
     return Command(
         name="doctor",
         work=partial(checked, with_digest=with_digest),
@@ -28,14 +28,14 @@ def checking(*, with_digest: bool) -> Command:
 
 
 def checked(path: Path, name: str, *, with_digest: bool) -> Result:
-    """The report on a recording, as `--json` prints it."""
+    """Returns the report on a recording, as `--json` prints it."""
     reader = open_recording(path)
     report = replace(examine(reader), path=name)
     return report_json(report, findings(report), digest(reader) if with_digest else "")
 
 
 def report_json(report: Report, broken: tuple[Finding, ...], sha: str) -> dict[str, Any]:
-    """The report as `--json` prints it."""
+    """Returns the report as `--json` prints it."""
     values = without_nan(asdict(report))
     return {**values, "findings": [asdict(finding) for finding in broken], **({"digest": sha} if sha else {})}
 

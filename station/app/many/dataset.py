@@ -44,7 +44,7 @@ class Origin:
 
 
 def sampling(*, out: Path | None, with_digest: bool) -> Command:
-    """The command: each recording is read, and with an output folder becomes a part of the dataset there."""
+    """Returns the command that reads each recording, and with an output folder makes it a part of the dataset there."""
     asked = {"digest": with_digest, "dataset": out is not None}
     kept = Kept.of(out, "samples", asked) if out else None
     return Command(
@@ -56,7 +56,7 @@ def sampling(*, out: Path | None, with_digest: bool) -> Command:
 
 
 def sampled(path: Path, name: str, *, dataset: Kept | None, with_digest: bool) -> Result:
-    """A recording's samples: where they come from, how many there are, and the file that now holds them.
+    """Returns a recording's samples: where they come from, how many there are, and the file that now holds them.
 
     `left_out` are payloads by topic that stand in the place of samples and are none, `notes` what the rig conceals.
     """
@@ -82,7 +82,7 @@ def sampled(path: Path, name: str, *, dataset: Kept | None, with_digest: bool) -
 
 
 def _origin(reader: RecordingReader | None, content: str) -> Origin:
-    """The origin that the recording's metadata tell; what is no number in them is left out."""
+    """Returns the origin that the recording's metadata tell; what is no number in them is left out."""
     session = reader.metadata.get("session", {}) if reader else {}
     started_ns, seed = _whole(session.get("started_ns", "")), _whole(session.get("seed", ""))
     if started_ns is None and reader is not None:
@@ -92,7 +92,7 @@ def _origin(reader: RecordingReader | None, content: str) -> Origin:
 
 
 def _whole(text: str) -> int | None:
-    """A whole number of up to 64 bits; a recording is a stranger's."""
+    """Returns a whole number of up to 64 bits; a recording is a stranger's."""
     try:
         number = int(text[:20])
     except ValueError:
@@ -133,7 +133,7 @@ def _write(
 
 
 def _part(value: str | None) -> str:
-    """The name of a partition; what a path could take for something else is written in hexadecimal digits."""
+    """Returns the name of a partition; what a path could take for something else is written in hexadecimal digits."""
     return UNKNOWN if value is None else quote(value, safe=" ")[:200]
 
 

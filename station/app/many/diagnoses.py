@@ -15,13 +15,13 @@ from station.diagnosis.result_json import as_json
 
 
 def diagnosing(**asked: Any) -> Command:
-    """The command with its options, which are those of `diagnose_file`."""
+    """Returns the command with its options, which are those of `diagnose_file`."""
     work = partial(diagnosed, **asked)
     return Command(name="diagnose", work=work, asked=asked, shown=Shown(columns=_COLUMNS, cells=_cells), quick=False)
 
 
 def placed(asked: Mapping[str, Any]) -> dict[str, Any]:
-    """The options with the paths of files from the root: a worker of a cluster has another working folder."""
+    """Returns the options with the paths of files from the root: a worker of a cluster has another working folder."""
     return {name: _placed(value) for name, value in asked.items()}
 
 
@@ -35,7 +35,7 @@ def _placed(value: Any) -> Any:
 
 
 def diagnosed(path: Path, name: str, **asked: Any) -> Result:
-    """The answer of a recording, as `--json` prints it."""
+    """Returns the answer of a recording, as `--json` prints it."""
     return as_json(diagnose_file(path, name=name, **asked).diagnosis)
 
 

@@ -46,19 +46,22 @@ class Kept:
 
     @classmethod
     def of(cls, folder: Path, command: str, asked: Mapping[str, Any], *, named_by: str = "recording") -> Kept:
-        """The results of a command with these options, as they are now."""
+        """Returns the results of a command with these options, as they are now."""
         return cls(folder=folder.absolute(), key=key_of(command, asked), named_by=named_by)
 
     def stem(self, digest: str) -> str:
-        """The name of what belongs to a recording of this digest, without its ending."""
+        """Returns the name of what belongs to a recording of this digest, without its ending."""
         return f"{digest[:_DIGITS]}-{self.key[: _DIGITS // 2]}"
 
     def file(self, digest: str) -> Path:
-        """The file of a recording's result."""
+        """Returns the file of a recording's result."""
         return self.folder / RESULTS / f"{self.stem(digest)}.json"
 
     def found(self, digest: str, name: str) -> Result | None:
-        """The result that is there, under the present name of the recording; None if there is none that is whole."""
+        """Returns the result that is there, under the present name of the recording.
+
+        It is None if there is none that is whole.
+        """
         try:
             result: dict[str, Any] = json.loads(self.file(digest).read_text(encoding="utf-8"))
             files = result.get("files", ())

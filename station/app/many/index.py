@@ -24,7 +24,7 @@ def write_index(kept: Kept, rows: Sequence[Row]) -> None:
 
 
 def read_index(path: Path) -> dict[str, dict[str, Any]]:
-    """The lines by the recordings' names; none where there is no index."""
+    """Reads the lines by the recordings' names; none where there is no index."""
     if not path.exists():
         return {}
     lines = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]

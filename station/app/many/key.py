@@ -19,7 +19,7 @@ _SOURCES = (".py", ".toml", ".xml")
 
 
 def key_of(command: str, asked: Mapping[str, Any]) -> str:
-    """The version of a command's results, in 64 digits.
+    """Returns the version of a command's results, in 64 digits.
 
     Args:
         command: its name.
@@ -32,7 +32,7 @@ def key_of(command: str, asked: Mapping[str, Any]) -> str:
 
 
 def digest_of(path: Path) -> str:
-    """The SHA-256 of a file's content, of a recording in parts that of all of them.
+    """Returns the SHA-256 of a file's content, of a recording in parts that of all of them.
 
     Raises:
         OSError: if it cannot be read.
@@ -42,7 +42,7 @@ def digest_of(path: Path) -> str:
 
 @cache
 def sources_digest() -> str:
-    """The SHA-256 of this program's files, by their places in it."""
+    """Returns the SHA-256 of this program's files, by their places in it."""
     roots = [Path(str(package.__file__)).parent for package in (shared, station)]
     return _digest_of_all((root, path) for root in roots for path in _files(root))
 

@@ -56,20 +56,20 @@ def chosen(words: Sequence[str], *, tables: bool = True) -> Chosen:
 
 
 def size_bytes(names: Iterable[str]) -> int | None:
-    """The size of all, or None where one is elsewhere."""
+    """Returns the size of all, or None where one is elsewhere."""
     if any(remote.is_remote(name) for name in names):
         return None
     return sum(part.stat().st_size for name in names for part in files_of(Path(name)))
 
 
 def _is_plain(word: str) -> bool:
-    """True for the name of a file on this machine that is there or missing: no glob, folder or address."""
+    """Returns true for the name of a file on this machine that is there or missing: no glob, folder or address."""
     path = Path(word)
     return not remote.is_remote(word) and not path.is_dir() and (path.exists() or not glob.has_magic(word))
 
 
 def _is_file(word: str) -> bool:
-    """True for a file; False for a folder and a glob.
+    """Returns true for a file; False for a folder and a glob.
 
     Raises:
         UserError: if there is nothing of that name.

@@ -61,7 +61,7 @@ def add_out(parser: argparse.ArgumentParser, *, instead: str = "") -> None:
 
 
 def chosen_by(options: argparse.Namespace, *, tables: bool = True) -> Chosen:
-    """The recordings that were named.
+    """Returns the recordings that were named.
 
     Raises:
         UserError: if a word names nothing, or for a number of processes that is none.
@@ -116,7 +116,7 @@ def _each(found: Chosen, command: Command, options: argparse.Namespace, kept: Ke
 
 
 def _bar(console: Console) -> Progress:
-    """A bar for a terminal; in a log it would be a line that says nothing."""
+    """Returns a bar for a terminal; in a log it would be a line that says nothing."""
     found = bar(console)
     found.disable = not console.is_terminal
     return found
@@ -136,7 +136,7 @@ def _made(out: Path) -> Path:
 
 
 def _jobs(found: Chosen, command: Command, options: argparse.Namespace) -> int:
-    """One process where starting others takes longer than they save."""
+    """Returns the number of processes: one where starting others takes longer than they save."""
     if options.jobs or options.backend or not command.quick:
         return options.jobs
     size = size_bytes(found.names)

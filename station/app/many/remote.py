@@ -29,12 +29,12 @@ _MARKS = ("ETag", "etag", "LastModified", "last_modified", "mtime", "created", "
 
 
 def is_remote(name: str) -> bool:
-    """True for an address."""
+    """Returns true for an address."""
     return "://" in name
 
 
 def is_file(address: str) -> bool:
-    """True if a file has this address; False for a folder and a glob.
+    """Returns true if a file has this address; False for a folder and a glob.
 
     Raises:
         UserError: if there is neither, or the store does not answer.
@@ -52,7 +52,7 @@ def is_file(address: str) -> bool:
 
 
 def within(address: str, *, kinds: tuple[str, ...], recordings: tuple[str, ...]) -> list[str]:
-    """The addresses in a folder that end like `recordings`, or those that a glob matches and that end like `kinds`.
+    """Returns the addresses in a folder that end like `recordings`, or those that match a glob and end like `kinds`.
 
     Raises:
         UserError: if the store does not answer.
@@ -65,7 +65,7 @@ def within(address: str, *, kinds: tuple[str, ...], recordings: tuple[str, ...])
 
 
 def local(name: str) -> Path:
-    """The file on this machine: that of the name, or the copy of what is elsewhere, which is whole or not there.
+    """Gives the file on this machine: that of the name, or the copy of what is elsewhere, which is whole or not there.
 
     Raises:
         UserError: if it cannot be fetched.
@@ -74,7 +74,7 @@ def local(name: str) -> Path:
 
 
 def _with_parts(address: str) -> Path:
-    """The copy of a recording; the parts in which it goes on lie beside it, as far as the store has them."""
+    """Returns the copy of a recording; the parts in which it goes on lie beside it, as far as the store has them."""
     first = _fetched(address)
     parts = [first]
     while first.suffix == ".mcap" and number_of(first.name) == 1 and _goes_on(parts[-1]):
@@ -127,7 +127,7 @@ def _cache() -> Path:
 
 
 def _is_glob(address: str) -> bool:
-    """A question mark begins the query of a web address."""
+    """Returns true for a glob; a question mark begins the query of a web address."""
     return bool(set("*[") & set(address)) or ("?" in address and not address.startswith("http"))
 
 

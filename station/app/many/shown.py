@@ -47,7 +47,7 @@ def show(rows: Sequence[Row], shown: Shown, *, json: bool, named_by: str, out: P
 
 
 def table_of(rows: Sequence[Row], shown: Shown) -> Table:
-    """A line a recording; one that could not be read has no figures."""
+    """Returns the table, a line a recording; one that could not be read has no figures."""
     table = Table(Column("recording", overflow="fold"), "", *shown.columns)
     for row in rows:
         cells = shown.cells(row.result) if row.status != "failed" else [""] * len(shown.columns)
@@ -56,13 +56,13 @@ def table_of(rows: Sequence[Row], shown: Shown) -> Table:
 
 
 def summary_of(rows: Sequence[Row]) -> str:
-    """The numbers of those that are done, were there already, and could not be read."""
+    """Returns the numbers of those that are done, were there already, and could not be read."""
     counts = Counter(row.status for row in rows)
     counted = ", ".join(f"{counts[status]} {said}" for status, said in _STATUS_TEXT.items() if counts[status])
     return f"{len(rows)} recording{'s' * (len(rows) != 1)}: {counted}."
 
 
 def exit_status(rows: Sequence[Row], *, findings: bool = False) -> int:
-    """2 if none could be read, 1 if some could not or there are findings, else 0."""
+    """Returns 2 if none could be read, 1 if some could not or there are findings, else 0."""
     failed = sum(row.status == "failed" for row in rows)
     return 2 if failed == len(rows) else int(failed > 0 or findings)

@@ -53,7 +53,7 @@ def post(url: str, body: bytes, *, timeout_s: float) -> None:
 
 
 def _without_user(url: str) -> tuple[str, dict[str, str]]:
-    """The URL without the user and password in it, and the header that says them instead."""
+    """Returns the URL without the user and password in it, and the header that says them instead."""
     parts = urlsplit(url)
     user, at, host = parts.netloc.rpartition("@")
     if not at:
@@ -63,7 +63,7 @@ def _without_user(url: str) -> tuple[str, dict[str, str]]:
 
 
 def _reason(error: Exception) -> str:
-    """The system's words for an error, or its kind; never a library's words, which may hold the URL."""
+    """Returns the system's words for an error, or its kind; never a library's words, which may hold the URL."""
     cause = error.reason if isinstance(error, urllib.error.URLError) else error
     if isinstance(cause, OSError) and cause.strerror:
         return cause.strerror

@@ -32,7 +32,7 @@ class Notification:
     facts: dict[str, Any] = field(default_factory=dict[str, Any])
 
     def body(self) -> bytes:
-        """The JSON that is sent."""
+        """Returns the JSON that is sent."""
         time = datetime.fromtimestamp(self.time_ns * 1e-9, tz=UTC).isoformat(timespec="seconds")
         return json.dumps({"event": self.kind, "text": self.text, "time": time, **self.facts}).encode()
 
@@ -76,7 +76,7 @@ class Notifier:
             self._failures.put(f"nobody was told of '{kind}': {CAPACITY} notifications wait already")
 
     def failures(self) -> Iterator[str]:
-        """The failures since this was last asked, a sentence each."""
+        """Yields the failures since this was last asked, a sentence each."""
         while not self._failures.empty():
             yield self._failures.get()
 

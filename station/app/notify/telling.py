@@ -17,7 +17,7 @@ from station.sampling.plan import Plan
 
 @contextmanager
 def telling(rig: RigConfig, plan: Plan, path: Path, *, where: Console) -> Generator[Watch]:
-    """The watch over a session that is recorded to `path`; failures at its very end are printed on `where`.
+    """Provides the watch over a session that is recorded to `path`; failures at its very end are printed on `where`.
 
     A rig that names nobody has one as well, which is silent and has no thread. A session that an unforeseen error ends
     is told of, too.

@@ -61,11 +61,11 @@ class Watch:
         bus.subscribe("session/event", self._on_event)
 
     def stopped_recording(self, reason: str) -> None:
-        """The recording had to stop; on the recorder's thread."""
+        """Tells that the recording had to stop; called on the recorder's thread."""
         self._tell("disk", f"{self._who}: {reason}")
 
     def ended(self, fault: str, *, samples: int) -> None:
-        """The session is over; a user who is told of faults alone is told of an end by a fault."""
+        """Tells that the session is over; a user who is told of faults alone is told of an end by a fault."""
         kinds = {"end", "fault"} if fault else {"end"}
         outcome = f"the session ended early: {fault}" if fault else "the session is over"
         text = f"{self._who}: {outcome} ({samples} of {self._facts['planned']} samples, {self._facts['recording']})"
@@ -73,7 +73,7 @@ class Watch:
         self._tell("end", text, wanted=bool(kinds & set(self._config.on)), samples=samples, fault=fault)
 
     def broke_off(self, error: Exception) -> None:
-        """An error has ended the session that is watched, in place of its plan."""
+        """Tells that an error has ended the session that is watched, in place of its plan."""
         if self._machine is not None and not self._over:
             self.ended(f"the program met an error ({type(error).__name__})", samples=self._machine.samples)
 
@@ -91,7 +91,7 @@ class Watch:
             self._tell("outage", f"{self._who}: the session has waited for {waited_s:.0f} s; {machine.outage}")
 
     def _on_event(self, received: Received) -> None:
-        """A run that a fault ended; what ended the session, or is waited out, is told elsewhere."""
+        """Tells of a run that a fault ended; what ended the session, or is waited out, is told elsewhere."""
         event, machine = received.message, self._machine
         if not isinstance(event, RunEvent) or event.phase != "ABORTED" or machine is None:
             return

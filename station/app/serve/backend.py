@@ -41,7 +41,7 @@ class Backend:
         }
 
     def state(self) -> dict[str, Any]:
-        """Everything that changes all the time."""
+        """Returns everything that changes all the time."""
         own = {"job": self.jobs.state(), "own": self.sessions.state(), "view": self.viewers.state}
         notes = planted_in(self._rig)
         told = {"notes": notes, "note_lines": [note_line(note) for note in notes]}

@@ -59,7 +59,7 @@ class LiveCurve:
 
 
 def friction_of(samples: Sequence[Sample], geometry: CameraGeometry | None, *, fitted: bool) -> dict[str, Any]:
-    """The friction that holds the block against a pull, by the pull's direction.
+    """Returns the friction that holds the block against a pull, by the pull's direction.
 
     Args:
         samples: of one object on one plate; of several pairs the last sample's counts.

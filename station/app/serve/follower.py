@@ -77,7 +77,7 @@ class Follower:
             return self._began
 
     def state(self) -> dict[str, Any]:
-        """The session at this moment, for the page."""
+        """Returns the session at this moment, for the page."""
         alive = self._bus.alive()
         with self._lock:
             status, began, lines = self._status, self._began, list(self._lines)
@@ -88,7 +88,7 @@ class Follower:
         return shown | here | {"session": began, "alive": sorted(alive)}
 
     def samples(self) -> tuple[int, list[Sample], CameraGeometry | None]:
-        """The number of the session, its samples so far, and the camera's geometry if it is known."""
+        """Returns the number of the session, its samples so far, and the camera's geometry if it is known."""
         with self._lock:
             return self._began, list(self._samples), self._geometry
 

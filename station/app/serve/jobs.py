@@ -24,7 +24,7 @@ _FINDINGS = 1
 
 
 def words_of(kind: str, recording: Path, shelf: Shelf) -> list[str]:
-    """The command of `station` that does it.
+    """Returns the command of `station` that does it.
 
     Raises:
         UserError: for an unknown kind.
@@ -79,7 +79,7 @@ class Program:
             self.process.wait()
 
     def state(self) -> dict[str, Any]:
-        """Its state for the page; `status` is None while it runs."""
+        """Returns its state for the page; `status` is None while it runs."""
         status = None if self.process is None else self.process.poll()
         done = status in (0, _FINDINGS)
         return {
@@ -115,7 +115,7 @@ class Jobs:
             self.newest.begin()
 
     def state(self) -> dict[str, Any] | None:
-        """The newest one, for the page."""
+        """Returns the newest one, for the page."""
         return None if self.newest is None else self.newest.state()
 
     def end(self) -> None:

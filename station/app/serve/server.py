@@ -48,7 +48,7 @@ class _Handler(Handler):
         return cast(PageServer, self.server)
 
     def look(self, path: str, query: Mapping[str, list[str]]) -> bool:
-        """See `Handler.look`."""
+        """Answers a request for the list of recordings or for a report made of one; returns false for any other."""
         del query
         if path == "/recordings":
             self.send_json({"recordings": self._server.backend.shelf.listed()})
@@ -72,7 +72,7 @@ class _Handler(Handler):
         self.send(HTTPStatus.OK, page, headers)
 
     def news(self) -> Iterator[tuple[str, Any]]:
-        """See `Handler.news`."""
+        """Yields new samples, the state of the session and the limit curve, each when it has changed."""
         backend = self._server.backend
         last, last_s, session, count, version = None, 0.0, 0, 0, -1
         while not self._server.closing.is_set():
@@ -91,5 +91,5 @@ class _Handler(Handler):
             self._server.closing.wait(_EVERY_S)
 
     def act(self, name: str, asked: Mapping[str, Any]) -> None:
-        """See `Handler.act`."""
+        """Hands what the page asks for to the backend."""
         self._server.backend.act(name, asked)

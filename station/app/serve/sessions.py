@@ -59,7 +59,7 @@ class Sessions:
             self._program.begin()
 
     def _command(self) -> str:
-        """The command that a session needs: `rig` starts everybody, `run` expects them on the bus."""
+        """Returns the command that a session needs: `rig` starts everybody, `run` expects them on the bus."""
         simulated = assembly.arm_settings(self._rig).driver == "simulated"
         return "rig" if simulated and not self._bus.alive() & HELPERS else "run"
 
@@ -93,7 +93,7 @@ class Sessions:
             raise UserError(f"The arm agent did not answer within {_STOP_S:g} s: press the red button")
 
     def state(self) -> dict[str, Any] | None:
-        """The session that this page has started, with its last lines; None if there is none."""
+        """Returns the session that this page has started, with its last lines; None if there is none."""
         return None if self._program is None else self._program.state()
 
     def end(self) -> None:

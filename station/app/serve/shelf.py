@@ -27,7 +27,7 @@ class Shelf:
         return self.folder / FOLDER
 
     def listed(self) -> list[dict[str, Any]]:
-        """Name, size, times and made pages of each recording, the last written first.
+        """Returns the name, size, times and made pages of each recording, the last written first.
 
         `started_s` is the recording's own start, s since 1970, or None where it cannot be read; `mode` says what made
         it.
@@ -46,7 +46,7 @@ class Shelf:
         ]
 
     def path(self, name: str) -> Path:
-        """The recording of that name.
+        """Returns the recording of that name.
 
         Raises:
             UserError: if the list has none of that name.
@@ -57,7 +57,7 @@ class Shelf:
         raise UserError(f"Expected a recording in {self.folder}, found none called '{name}'; load the list again")
 
     def page(self, recording: Path, kind: str) -> Path:
-        """The path of the page of that kind that is made from a recording."""
+        """Returns the path of the page of that kind that is made from a recording."""
         stem = recording.with_suffix("")
         return (
             (stem.with_name(f"{stem.name}-report") / "report.html") if kind == REPORT else Path(f"{stem}-{kind}.html")
@@ -69,7 +69,7 @@ class Shelf:
 
 @lru_cache(maxsize=10_000)
 def _own_time(path: Path, _changed_ns: int, _bytes: int) -> dict[str, Any]:
-    """The start and the mode of a recording, read again only when its file has changed."""
+    """Returns the start and the mode of a recording, read again only when its file has changed."""
     try:
         recording = open_file(path)
         mode = recording.mode

@@ -44,7 +44,7 @@ BELIEVED = {
 def tables_of(
     rows: Sequence[Row], verdicts: Sequence[Verdict], results: Sequence[PairResult]
 ) -> tuple[ReportTable, ReportTable, ReportTable]:
-    """The numbers, the tests of anisotropy, and Table III, beside the paper's."""
+    """Returns the numbers, the tests of anisotropy, and Table III, beside the paper's."""
     return (
         ReportTable(
             title="The study beside the paper",
@@ -67,7 +67,7 @@ def tables_of(
 
 
 def _explained(rows: Sequence[Row]) -> str:
-    """The reasons of the rows that do not agree, each with the row's name."""
+    """Returns the reasons of the rows that do not agree, each with the row's name."""
     names = [f"{row.quantity}, {row.pair}" for row in rows if not row.agrees]
     reasons = [(name, text) for name in names for start, text in BELIEVED.items() if name.startswith(start)]
     return "".join(f" Why {name} differs, we believe: {text}" for name, text in reasons)
@@ -126,7 +126,7 @@ def _yes(value: bool | None) -> str:
 
 
 def as_json(rows: Sequence[Row], verdicts: Sequence[Verdict]) -> Mapping[str, Any]:
-    """The two tables with all digits; what is not a number is null."""
+    """Returns the two tables with all digits; what is not a number is null."""
     tables = {
         "rows": [
             asdict(row)

@@ -76,7 +76,7 @@ class Verdict:
 
 
 def rows_of(results: Sequence[PairResult]) -> tuple[Row, ...]:
-    """The rows of every pair of the paper that has results, then those of the whole study."""
+    """Returns the rows of every pair of the paper that has results, then those of the whole study."""
     found = {result.pair.name: result for result in results}
     known = [(pair, found[pair.name]) for pair in PAIRS if pair.name in found]
     makers: tuple[Callable[[PaperPair, PairResult], Row], ...] = (_mean, _scatter)
@@ -89,7 +89,7 @@ def rows_of(results: Sequence[PairResult]) -> tuple[Row, ...]:
 
 
 def pace_row(sessions: Sequence[Session]) -> Row:
-    """The time that a sample takes on the simulated rig, from one run's start to the next, beside the paper's 22 s."""
+    """Returns the time that a sample takes on the simulated rig, from start to start, beside the paper's 22 s."""
     means: list[float] = []
     for session in sessions:
         starts_s = [1e-9 * sample.start_ns for sample in session.samples]
@@ -106,7 +106,7 @@ def pace_row(sessions: Sequence[Session]) -> Row:
 
 
 def verdicts_of(results: Sequence[PairResult]) -> tuple[Verdict, ...]:
-    """The test of every pair of the paper that has results, against the object: so the paper looks at it."""
+    """Returns the test of every pair of the paper that has results, against the object: so the paper looks at it."""
     found = {result.pair.name: result for result in results}
     return tuple(
         Verdict(pair=pair.name, paper=pair.anisotropic, test=found[pair.name].object_test)
@@ -142,7 +142,7 @@ def _scatter(pair: PaperPair, result: PairResult) -> Row:
 
 
 def _scatter_error(scatter: float, samples: float = _QUARTER) -> float:
-    """Standard error of sd / mean of normal values."""
+    """Returns the standard error of sd / mean of normal values."""
     return scatter * math.sqrt(0.5 + scatter**2) / math.sqrt(samples) if samples else math.nan
 
 

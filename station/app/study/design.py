@@ -52,7 +52,7 @@ class Part:
 
 
 def parts_of(samples: int, *, seed: int, folder: Path, session_samples: int = SESSION_SAMPLES) -> tuple[Part, ...]:
-    """The sessions of a study with `samples` in all, steep pairs first: they take longest.
+    """Returns the sessions of a study with `samples` in all, steep pairs first: they take longest.
 
     Raises:
         UserError: if there is not one sample for each pair, or the seed is negative.
@@ -78,16 +78,16 @@ def parts_of(samples: int, *, seed: int, folder: Path, session_samples: int = SE
 
 
 def _shares(total: int, shares: int) -> list[int]:
-    """The whole in parts that differ by one at most."""
+    """Returns the whole in parts that differ by one at most."""
     return [total // shares + (share < total % shares) for share in range(shares)]
 
 
 def plan_of(part: Part) -> Plan:
-    """The session's plan: the paper's, at the paper's pace."""
+    """Returns the session's plan: the paper's, at the paper's pace."""
     return Plan(samples=part.samples, seed=part.seed, tilt=TiltPlan(hold_s=HOLD_S))
 
 
 def place_of(part: Part) -> tuple[float, float]:
-    """The place on the plate (m) where the block is laid down: by chance, and the same whenever it is asked."""
+    """Returns the place on the plate (m) where the block is laid down: by chance, and the same whenever it is asked."""
     x_m, y_m = np.random.default_rng([part.seed, 1]).uniform(-START_WITHIN_M, START_WITHIN_M, 2).tolist()
     return x_m, y_m

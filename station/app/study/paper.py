@@ -100,5 +100,5 @@ PAIRS = (
 
 
 def flags_of(name: str) -> int:
-    """The number of samples of all pairs that a filter flagged."""
+    """Returns the number of samples of all pairs that a filter flagged."""
     return sum(pair.by_filter[name] for pair in PAIRS)

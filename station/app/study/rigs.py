@@ -15,14 +15,17 @@ DENSITIES_KG_M3 = {"steel": 7850.0, "wood": 500.0}
 
 
 def rig_of(pair: PaperPair) -> RigConfig:
-    """The simulated rig with a pair's block, plate and friction; its text says so, and the recording carries it."""
+    """Returns the simulated rig with a pair's block, plate and friction.
+
+    Its text says so, and the recording carries it.
+    """
     path = assembly.simulated_rig_path()
     text = rig_text(path.read_text(encoding="utf-8"), pair)
     return rig_of_table(Table(tomllib.loads(text), str(path), text))
 
 
 def rig_text(text: str, pair: PaperPair) -> str:
-    """A rig file with the lines that name block, plate and friction written anew.
+    """Returns a rig file with the lines that name block, plate and friction written anew.
 
     Raises:
         UserError: if the file lacks one of these lines.

@@ -31,7 +31,7 @@ FLUSH_S = 10.0
 
 
 def whole(part: Part) -> bool:
-    """True if the session was simulated already.
+    """Returns true if the session was simulated already.
 
     Raises:
         UserError: if its recording is of another study: another seed, number of samples or rig.
@@ -106,7 +106,10 @@ def tidy(folder: Path) -> None:
 
 
 def _counter(part: Part) -> Path:
-    """A file that has a byte for each sample of a growing session: whoever looks on counts them without a pipe."""
+    """Returns a file that has a byte for each sample of a growing session.
+
+    Whoever looks on counts them without a pipe.
+    """
     return part.unfinished_path.with_suffix(".samples")
 
 
@@ -116,7 +119,7 @@ def _count(counter: Path, _samples: int) -> None:
 
 
 def _finished(part: Part) -> int:
-    """The samples of a session that are done."""
+    """Returns the samples of a session that are done."""
     try:
         return _counter(part).stat().st_size
     except FileNotFoundError:  # it has not begun, or it is whole

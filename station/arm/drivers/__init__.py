@@ -66,11 +66,11 @@ class Driver(Protocol):
         ...
 
     def read(self) -> JointReading | None:
-        """The latest reading in the model's joint order; None before the first."""
+        """Returns the latest reading in the model's joint order; None before the first."""
         ...
 
     def fault(self) -> str:
-        """One sentence when the arm does not do its part (no answer, goal rejected), else an empty text."""
+        """Returns one sentence when the arm does not do its part (no answer, goal rejected), else an empty text."""
         ...
 
     def close(self) -> None:
@@ -85,12 +85,12 @@ class _DriverModule(Protocol):
 
 
 def driver_names() -> tuple[str, ...]:
-    """The names of all drivers in this folder."""
+    """Returns the names of all drivers in this folder."""
     return tuple(sorted(path.stem for path in Path(__file__).parent.glob("*.py") if not path.stem.startswith("_")))
 
 
 def load_driver(name: str, *, link: DriverLink) -> Driver:
-    """Import the driver `name` and connect it.
+    """Imports the driver `name` and connects it.
 
     Raises UserError when there is no such driver, or with the driver's own sentence when it cannot connect.
     """
@@ -101,7 +101,7 @@ def load_driver(name: str, *, link: DriverLink) -> Driver:
 
 
 def match_joints(model: ArmModel, names: tuple[str, ...]) -> list[int]:
-    """The place of each joint of the model among the names that an arm reports; fingers and others are left out.
+    """Gives the place of each joint of the model among the names that an arm reports; fingers and others are left out.
 
     Raises UserError when one is missing.
     """

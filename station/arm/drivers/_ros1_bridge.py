@@ -32,13 +32,13 @@ class Bridge:
         self.client: Any = None
 
     def say(self, **line: Any) -> None:
-        """Write one line; many threads may."""
+        """Writes one line; many threads may."""
         with self.lock:
             self.out.write(json.dumps(line) + "\n")
             self.out.flush()
 
     def connect(self) -> bool:
-        """Find the robot; says `ready` or `error`."""
+        """Finds the robot; says `ready` or `error`."""
         import actionlib  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
         import rospy  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
         from _ros1_messages import follow_joint_trajectory  # noqa: PLC0415  # pyright: ignore
@@ -56,12 +56,12 @@ class Bridge:
         return True
 
     def on_state(self, state: Any) -> None:
-        """A joint state came from the robot."""
+        """Takes a joint state that came from the robot."""
         stamp_ns = state.header.stamp.to_nsec()
         self.say(state=[stamp_ns, list(state.name), list(state.position), list(state.velocity), list(state.effort)])
 
     def obey(self, order: dict[str, Any]) -> None:
-        """Carry out one order of the agent."""
+        """Carries out one order of the agent."""
         if "goal" in order:
             number = int(order["goal"])
             self.goals = {number: self.client.send_goal(self.goal(order), functools.partial(self.on_goal, number))}
@@ -69,7 +69,7 @@ class Bridge:
             self.client.cancel_all_goals()
 
     def goal(self, order: dict[str, Any]) -> Any:
-        """The ROS message of a motion."""
+        """Returns the ROS message of a motion."""
         from trajectory_msgs.msg import JointTrajectoryPoint  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
 
         goal = self.messages.goal()
@@ -82,7 +82,7 @@ class Bridge:
         return goal
 
     def on_goal(self, number: int, handle: Any) -> None:
-        """The robot said something about a goal."""
+        """Takes what the robot said about a goal."""
         from actionlib import CommState  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
         from actionlib_msgs.msg import GoalStatus  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
 
@@ -97,7 +97,7 @@ class Bridge:
         )
 
     def serve(self, orders: TextIO) -> None:
-        """Obey until the orders end; then leave nothing moving."""
+        """Obeys until the orders end; then leaves nothing moving."""
         for line in orders:
             self.obey(json.loads(line))
         self.client.cancel_all_goals()
@@ -105,7 +105,7 @@ class Bridge:
 
 
 def main() -> None:
-    """Run until stdin ends; the one argument is the options as JSON."""
+    """Runs until stdin ends; the one argument is the options as JSON."""
     options: dict[str, Any] = json.loads(sys.argv[1])
     out = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)  # ROS's own prints must not get between the lines

@@ -37,7 +37,7 @@ class FollowJointTrajectory:
 
 
 def _sections() -> dict[str, str]:
-    """Definitions of every type by its name, without comments."""
+    """Returns the definitions of every type by its name, without comments."""
     # These definitions come from ROS itself, whose business they are.
     from actionlib_msgs.msg import GoalID, GoalStatus  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
     from std_msgs.msg import Header  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
@@ -64,7 +64,7 @@ def _sections() -> dict[str, str]:
 
 
 def follow_joint_trajectory() -> FollowJointTrajectory:
-    """Generate the classes; ImportError when ROS 1 is not installed."""
+    """Generates the classes; ImportError when ROS 1 is not installed."""
     # ROS is there only where an arm speaks it.
     from genpy.dynamic import generate_dynamic  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
 

@@ -27,58 +27,58 @@ _PUBLISHER, _SUBSCRIBER, _NODE = "MP", "MS", "NN"
 
 @cache
 def types() -> Typestore:
-    """The message types of ROS 2 Jazzy."""
+    """Returns the message types of ROS 2 Jazzy."""
     return get_typestore(Stores.ROS2_JAZZY)
 
 
 def message(type_name: str, **fields: Any) -> Any:
-    """A message of a type."""
+    """Returns a message of a type."""
     return types().types[type_name](**fields)
 
 
 def encode(value: Any, type_name: str) -> bytes:
-    """A message as little-endian CDR."""
+    """Returns a message as little-endian CDR."""
     return bytes(types().serialize_cdr(value, type_name, little_endian=True))
 
 
 def decode(payload: bytes, type_name: str) -> Any:
-    """The message in a CDR payload."""
+    """Returns the message in a CDR payload."""
     return types().deserialize_cdr(payload, type_name)
 
 
 def type_hash(type_name: str) -> str:
-    """The type's RIHS01 hash, by which publishers and subscribers match."""
+    """Returns the type's RIHS01 hash, by which publishers and subscribers match."""
     return str(types().hash_rihs01(type_name))
 
 
 def dds_name(type_name: str) -> str:
-    """The type's name in keys: sensor_msgs/msg/JointState becomes sensor_msgs::msg::dds_::JointState_."""
+    """Returns the type's name in keys: sensor_msgs/msg/JointState becomes sensor_msgs::msg::dds_::JointState_."""
     package, kind, name = type_name.split("/")
     return f"{package}::{kind}::dds_::{name}_"
 
 
 def data_key(topic: str, type_name: str, *, domain: int) -> str:
-    """The key that samples of a topic are sent on."""
+    """Returns the key that samples of a topic are sent on."""
     return f"{domain}/{topic.strip('/')}/{dds_name(type_name)}/{type_hash(type_name)}"
 
 
 def attachment(sequence: int, *, stamp_ns: int, writer: bytes) -> bytes:
-    """The attachment of a sample: 33 bytes for a writer id of 16."""
+    """Returns the attachment of a sample: 33 bytes for a writer id of 16."""
     return struct.pack("<qqB", sequence, stamp_ns, len(writer)) + writer
 
 
 def node_token(session: str, *, domain: int, name: str) -> str:
-    """The liveliness key of a node without namespace or enclave."""
+    """Returns the liveliness key of a node without namespace or enclave."""
     return f"@ros2_lv/{domain}/{session}/0/0/{_NODE}/%/%/{name}"
 
 
 def publisher_token(session: str, *, domain: int, node: str, entity: int, topic: str, type_name: str) -> str:
-    """The liveliness key of a publisher."""
+    """Returns the liveliness key of a publisher."""
     return _token(_PUBLISHER, session, domain=domain, node=node, entity=entity, topic=topic, type_name=type_name)
 
 
 def subscriber_token(session: str, *, domain: int, node: str, entity: int, topic: str, type_name: str) -> str:
-    """The liveliness key of a subscriber."""
+    """Returns the liveliness key of a subscriber."""
     return _token(_SUBSCRIBER, session, domain=domain, node=node, entity=entity, topic=topic, type_name=type_name)
 
 
@@ -95,5 +95,5 @@ def subscribers_pattern(topic: str, type_name: str, *, domain: int) -> str:
 
 
 def mangled(topic: str) -> str:
-    """A topic's absolute name in one part of a key."""
+    """Returns a topic's absolute name in one part of a key."""
     return "%" + topic.strip("/").replace("/", "%")

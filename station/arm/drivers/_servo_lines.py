@@ -39,7 +39,7 @@ class StageReport:
 
 
 def line(*words: object) -> bytes:
-    """The line of these words."""
+    """Returns the line of these words."""
     body = " ".join(map(str, words)).encode("ascii")
     return body + b"*%04X\n" % binascii.crc_hqx(body, 0)
 
@@ -51,7 +51,7 @@ class Lines:
         self._rest = b""
 
     def take(self, data: bytes) -> list[list[str]]:
-        """The lines that these bytes end; a damaged line is no line."""
+        """Returns the lines that these bytes end; a damaged line is no line."""
         *whole, self._rest = (self._rest + data).split(b"\n")
         self._rest = self._rest[-_LONGEST:]
         return [words for words in map(_words, whole) if words]
@@ -65,7 +65,7 @@ def _words(raw: bytes) -> list[str]:
 
 
 def hello(words: list[str]) -> Hello | None:
-    """The answer to `?` in the words `I version axes placed lower upper…`; None if they are something else."""
+    """Returns the answer to `?` in the words `I version axes placed lower upper…`; None if they are something else."""
     numbers = _numbers(words[1:]) if words[0] == "I" else []
     if len(numbers) < 3 or len(numbers) != 3 + 2 * numbers[1]:
         return None
@@ -73,7 +73,7 @@ def hello(words: list[str]) -> Hello | None:
 
 
 def stage_report(words: list[str], *, axes: int) -> StageReport | None:
-    """The report in the words `P state number angle speed…`; None if they are something else."""
+    """Returns the report in the words `P state number angle speed…`; None if they are something else."""
     numbers = _numbers(words[2:]) if words[0] == "P" else []
     if len(numbers) != 1 + 2 * axes:
         return None

@@ -82,7 +82,7 @@ class Ros1Arm:
         self._await_robot()
 
     def _listen(self) -> None:
-        """The thread that reads the bridge: it only enqueues."""
+        """Reads the bridge on a thread of its own; it only enqueues."""
         assert self._bridge.stdout is not None
         for line in self._bridge.stdout:
             self._said.append(json.loads(line))
@@ -91,7 +91,7 @@ class Ros1Arm:
         self._heard.set()
 
     def _await_robot(self) -> None:
-        """Wait for `ready`; raises UserError with the bridge's reason, or when none comes."""
+        """Waits for `ready`; raises UserError with the bridge's reason, or when none comes."""
         first: dict[str, Any] = {"error": "its ROS process gave no answer"}
         while self._heard.wait(self._options.connect_timeout_s + 5.0):
             self._heard.clear()
@@ -115,7 +115,7 @@ class Ros1Arm:
             self._fault = "the arm's ROS process has ended: restart the arm agent"
 
     def start(self, trajectory: JointTrajectory, *, now_ns: int) -> None:
-        """See `Driver.start`: a new goal, which replaces the one under way."""
+        """Sends a new goal, which replaces the one under way."""
         self._fault, self._asked_ns = "", now_ns
         self._unanswered = f"the robot's driver did not answer within {self._options.answer_timeout_s:.1f} s"
         self._goal += 1
@@ -128,14 +128,14 @@ class Ros1Arm:
         )
 
     def halt(self, *, now_ns: int) -> None:
-        """See `Driver.halt`: cancel every goal, also those of an earlier life of this program."""
+        """Cancels every goal, also those of an earlier life of this program."""
         self._now_ns = max(self._now_ns, now_ns)
         self._goal += 1  # later news of the halted goal are of no interest
         self._asked_ns = None
         self._send(cancel=True)
 
     def tick(self, now_ns: int) -> None:
-        """See `Driver.tick`."""
+        """Takes in what the bridge has said; a goal without an answer in time becomes a fault."""
         self._now_ns = now_ns
         with contextlib.suppress(IndexError):
             while True:
@@ -178,15 +178,15 @@ class Ros1Arm:
             self._fault = str(wrong)
 
     def read(self) -> JointReading | None:
-        """See `Driver.read`."""
+        """Returns the latest joint state in the model's order; None before the first."""
         return self._reading
 
     def fault(self) -> str:
-        """See `Driver.fault`."""
+        """Returns what is wrong with the goal, the joints or the bridge in one sentence; nothing while all is well."""
         return self._fault
 
     def close(self) -> None:
-        """See `Driver.close`: the bridge cancels what moves and ends."""
+        """Ends the bridge, which first cancels what moves."""
         assert self._bridge.stdin is not None
         assert self._bridge.stdout is not None
         with contextlib.suppress(OSError):
@@ -201,7 +201,7 @@ class Ros1Arm:
 
 
 def _completed(options: Ros1Options, *, robot: str) -> Ros1Options:
-    """The options with kinova-ros's names and ROS's environment where nothing was given."""
+    """Returns the options with kinova-ros's names and ROS's environment where nothing was given."""
     values = asdict(options)
     values["master_uri"] = options.master_uri or os.environ.get("ROS_MASTER_URI") or "http://127.0.0.1:11311"
     values["address"] = options.address or os.environ.get("ROS_IP") or "127.0.0.1"
@@ -231,7 +231,7 @@ def _start_bridge(options: Ros1Options) -> subprocess.Popen[str]:
 
 
 def _require_master(uri: str) -> None:
-    """Ask the ROS master for a sign of life; without this, ROS waits for it for ever."""
+    """Asks the ROS master for a sign of life; without this, ROS waits for it for ever."""
     before = socket.getdefaulttimeout()
     socket.setdefaulttimeout(2.0)
     try:
@@ -247,10 +247,10 @@ def _require_master(uri: str) -> None:
 
 
 def _ordered(values: list[float], order: list[int]) -> Array:
-    """The values in the model's order; zeros where the robot sends none."""
+    """Returns the values in the model's order; zeros where the robot sends none."""
     return np.array(values)[order] if len(values) > max(order) else np.zeros(len(order))
 
 
 def connect(link: DriverLink) -> Ros1Arm:
-    """Connect to the robot's ROS master."""
+    """Connects to the robot's ROS master."""
     return Ros1Arm(link)

@@ -65,7 +65,7 @@ class Ros2Arm:
         self._join(domain)
 
     def _join(self, domain: int) -> None:
-        """Show up in the ROS graph, listen to the joints, and look for the controller."""
+        """Shows up in the ROS graph, listens to the joints, and looks for the controller."""
         session, options = self._session, self._options
         session.announce(wire.node_token(session.id, domain=domain, name=_NODE))
         session.announce(
@@ -107,7 +107,7 @@ class Ros2Arm:
             )
 
     def start(self, trajectory: JointTrajectory, *, now_ns: int) -> None:
-        """See `Driver.start`: the controller replaces what it was doing."""
+        """Publishes the trajectory; the controller replaces what it was doing."""
         self._fault = ""
         self._publish(
             [
@@ -120,7 +120,7 @@ class Ros2Arm:
         )
 
     def halt(self, *, now_ns: int) -> None:
-        """See `Driver.halt`."""
+        """Publishes a trajectory that ends where the joints were last read; nothing before the first reading."""
         if self._reading is not None:
             here = self._reading.position_rad
             self._publish([self._point(_HALT_NS, here, np.zeros_like(here))], now_ns=now_ns)
@@ -152,7 +152,7 @@ class Ros2Arm:
         )
 
     def tick(self, now_ns: int) -> None:
-        """See `Driver.tick`."""
+        """Takes in the latest joint state, if one has arrived."""
         self._now_ns = now_ns
         with contextlib.suppress(IndexError):
             self._take_state(wire.decode(self._states.pop(), wire.JOINT_STATE))
@@ -174,23 +174,23 @@ class Ros2Arm:
         )
 
     def read(self) -> JointReading | None:
-        """See `Driver.read`."""
+        """Returns the latest joint state in the model's order; None before the first."""
         return self._reading
 
     def fault(self) -> str:
-        """See `Driver.fault`."""
+        """Returns why the robot's joints do not fit the model, in one sentence; nothing while they do."""
         return self._fault
 
     def close(self) -> None:
-        """See `Driver.close`; what moves is brought to rest by the agent before."""
+        """Closes the Zenoh session; the agent has brought what moves to rest before."""
         self._session.close()
 
 
 def _ordered(values: Array, order: list[int]) -> Array:
-    """The values in the model's order; zeros where the robot sends none."""
+    """Returns the values in the model's order; zeros where the robot sends none."""
     return np.array(values, dtype=np.float64)[order] if len(values) > max(order) else np.zeros(len(order))
 
 
 def connect(link: DriverLink) -> Ros2Arm:
-    """Connect to the robot's Zenoh router."""
+    """Connects to the robot's Zenoh router."""
     return Ros2Arm(link)

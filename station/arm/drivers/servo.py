@@ -46,17 +46,17 @@ class ServoStage:
             raise
 
     def start(self, trajectory: JointTrajectory, *, now_ns: int) -> None:
-        """See `Driver.start`; the stage is armed first if it is not."""
+        """Begins a motion; the next ticks send its set-points, and arm the stage first if it is not armed."""
         self._motion, self._began_ns, self._fault = trajectory, now_ns, ""
         self._followed = self._stopping = False
 
     def halt(self, *, now_ns: int) -> None:
-        """See `Driver.halt`: the stage stops where it is, and is no longer armed."""
+        """Stops the stage where it is; it is no longer armed."""
         self._motion, self._stopping = None, True
         self._say(now_ns, "S")
 
     def tick(self, now_ns: int) -> None:
-        """See `Driver.tick`."""
+        """Takes in what the stage says, and sends the next set-point or stop once that is due."""
         self._receive(now_ns)
         if now_ns - self._said_ns < _PERIOD_NS or self._report is None:
             return
@@ -107,15 +107,15 @@ class ServoStage:
         self._fault, self._motion, self._stopping = fault, None, True
 
     def read(self) -> JointReading | None:
-        """See `Driver.read`."""
+        """Returns the angles and speeds of the stage's latest report; None before the first."""
         return self._reading
 
     def fault(self) -> str:
-        """See `Driver.fault`."""
+        """Returns why the stage does not follow, in one sentence; nothing while it does."""
         return self._fault
 
     def close(self) -> None:
-        """See `Driver.close`; a stage that is stopped holds for good, one that falls silent levels."""
+        """Stops the stage and closes the line: a stopped stage holds for good, whereas a silent one levels."""
         self.halt(now_ns=self._said_ns)
         self._link.close()
 

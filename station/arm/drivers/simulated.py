@@ -26,17 +26,19 @@ class TwinWire(Protocol):
     def send(self, now_ns: int, position_rad: Array, velocity_rad_s: Array) -> None:
         """Wants the joints there at `now_ns`, moving on at that velocity.
 
-        `position_rad` (n,), rad, and `velocity_rad_s` (n,), rad/s, are in the order of the arm's joints, and never
-        written to again.
+        Args:
+            now_ns: the moment, ns of the agent's clock.
+            position_rad: (n,) the joints' angles in the order of the arm's joints, rad; never written to again.
+            velocity_rad_s: (n,) their velocities, rad/s; never written to again.
         """
         ...
 
     def read(self) -> JointReading | None:
-        """See `Driver.read`."""
+        """Returns the twin's latest reading in the model's joint order; None before the first."""
         ...
 
     def fault(self) -> str:
-        """See `Driver.fault`."""
+        """Returns why the readings cannot be used, in one sentence; nothing while they can."""
         ...
 
 
@@ -53,7 +55,7 @@ class BusWire:
         self._bus.subscribe("twin/joints", self._receive)
 
     def send(self, now_ns: int, position_rad: Array, velocity_rad_s: Array) -> None:
-        """See `TwinWire.send`: `position_rad` (n,), rad, and `velocity_rad_s` (n,), rad/s."""
+        """Publishes set-points for the twin: `position_rad` (n,), rad, and `velocity_rad_s` (n,), rad/s."""
         target = JointTarget(now_ns, tuple(position_rad.tolist()), tuple(velocity_rad_s.tolist()))
         self._bus.publish("twin/target", target)
 
@@ -75,11 +77,11 @@ class BusWire:
         return self._order
 
     def read(self) -> JointReading | None:
-        """See `TwinWire.read`."""
+        """Returns the latest joint state from the bus in the model's order; None before the first."""
         return self._reading
 
     def fault(self) -> str:
-        """See `TwinWire.fault`."""
+        """Returns why a joint state does not fit the model; nothing while all of them do."""
         return self._fault
 
 
@@ -94,7 +96,7 @@ class SimulatedArm:
         """The set-point at which the arm rests: position, and no velocity."""
 
     def start(self, trajectory: JointTrajectory, *, now_ns: int) -> None:
-        """See `Driver.start`."""
+        """Begins to play the trajectory at `now_ns`."""
         self._motion, self._began_ns = trajectory, now_ns
 
     def halt(self, *, now_ns: int) -> None:
@@ -104,7 +106,10 @@ class SimulatedArm:
             self._send_held(now_ns)
 
     def tick(self, now_ns: int) -> None:
-        """See `Driver.tick`; a finished motion is held by its last set-point, sent on so that a late twin hears it."""
+        """Sends the trajectory's set-point of this moment.
+
+        After the motion its last set-point is sent at every tick, so that a late twin hears it.
+        """
         motion = self._motion
         if motion is None:
             self._send_held(now_ns)
@@ -122,18 +127,18 @@ class SimulatedArm:
             self._wire.send(now_ns, *self._held)
 
     def read(self) -> JointReading | None:
-        """See `Driver.read`."""
+        """Returns the latest reading that came over the wire; None before the first."""
         return self._wire.read()
 
     def fault(self) -> str:
-        """See `Driver.fault`."""
+        """Returns the fault of the wire in one sentence; nothing while there is none."""
         return self._wire.fault()
 
     def close(self) -> None:
-        """See `Driver.close`."""
+        """Forgets the motion, so that no further set-point of it is sent."""
         self._motion = None
 
 
 def connect(link: DriverLink) -> SimulatedArm:
-    """Connect to the twin over the bus."""
+    """Connects to the twin over the bus."""
     return SimulatedArm(BusWire(link))

@@ -19,7 +19,9 @@ _SHORTEST_M = 1e-3
 
 
 def enclosing_capsule(points_m: Array) -> Capsule:
-    """The capsule of the least volume that holds `points_m` (n, 3), m, in their frame; its line is at least 1 mm long.
+    """Returns the capsule of the least volume that holds `points_m` (n, 3), m, in their frame.
+
+    Its line is at least 1 mm long.
 
     The axis is looked for from each of the cloud's principal ones, by a search over both ends.
     """
@@ -47,7 +49,7 @@ def _hull(points: Array) -> Array:
 
 
 def _along(hull: Array, axis: Array) -> Array:
-    """The two ends (6,) of a capsule along an axis through the middle of the cloud."""
+    """Returns the two ends (6,) of a capsule along an axis through the middle of the cloud."""
     along = hull @ axis
     across = hull - np.outer(along, axis)
     middle = (across.max(axis=0) + across.min(axis=0)) / 2
@@ -59,7 +61,7 @@ def _along(hull: Array, axis: Array) -> Array:
 
 
 def _radius(hull: Array, first: Array, last: Array) -> float:
-    """The largest distance of the points (n, 3) to the line between two ends."""
+    """Returns the largest distance of the points (n, 3) to the line between two ends."""
     line = last - first
     share = np.clip((hull - first) @ line / max(float(line @ line), 1e-18), 0.0, 1.0)
     away = hull - first - share[:, None] * line

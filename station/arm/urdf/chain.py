@@ -37,7 +37,7 @@ class Chain:
 
 
 def chain_of(robot: Robot, *, base: str | None = None, tip: str | None = None) -> Chain:
-    """The joints from `base` (the root by default) to `tip` (by default the link behind the most moving joints).
+    """Gives the joints from `base` (the root by default) to `tip` (by default the link behind the most moving joints).
 
     Raises:
         UserError: if there is no such link, no way between them, several tips to choose from, or a joint on the way
@@ -73,7 +73,9 @@ def _known(robot: Robot, link: str) -> str:
 
 
 def _farthest(robot: Robot, base: str) -> str:
-    """The link that ends the longest way from the base in moving joints; of frames on one body, the only last one.
+    """Returns the link that ends the longest way from the base in moving joints.
+
+    Of frames on one body, only the last counts.
 
     Raises:
         UserError: naming those that there are to choose from.
@@ -114,7 +116,7 @@ def _children(robot: Robot, link: str) -> list[UrdfJoint]:
 
 
 def _below(robot: Robot, link: str) -> Iterator[str]:
-    """The link and all that hang on it."""
+    """Yields the link and all that hang on it."""
     waiting, seen = [link], set[str]()
     while waiting:
         here = waiting.pop()
@@ -125,12 +127,12 @@ def _below(robot: Robot, link: str) -> Iterator[str]:
 
 
 def _frames(robot: Robot, base: str, path: list[UrdfJoint]) -> set[str]:
-    """The names of the links of the foot, and of those on the way."""
+    """Returns the names of the links of the foot, and of those on the way."""
     return {link.name for link, _ in _body(robot, base, path).links} | {joint.child for joint in path}
 
 
 def _body(robot: Robot, first: str, path: list[UrdfJoint]) -> Body:
-    """A link with all that fixed joints hold to it, but nothing that is mounted on the tip."""
+    """Returns a link with all that fixed joints hold to it, but nothing that is mounted on the tip."""
     tip = path[-1].child
     links: list[tuple[Link, Array]] = []
     waiting = [(first, np.eye(4))]

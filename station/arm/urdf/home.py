@@ -32,7 +32,7 @@ class Homed:
 
 
 def with_home(model: ArmModel, *, home_rad: Sequence[float] = ()) -> Homed:
-    """The model at home: where `home_rad` says, else where a search finds (an arm) or all angles are 0 (a stage).
+    """Gives the model at home: where `home_rad` says, else where a search finds (an arm) or all angles are 0 (a stage).
 
     Raises:
         UserError: if no pose is found, or it does not hold the plate level.
@@ -47,7 +47,7 @@ def with_home(model: ArmModel, *, home_rad: Sequence[float] = ()) -> Homed:
 
 
 def _placed(model: ArmModel, home_rad: Sequence[float]) -> Homed:
-    """The model in a pose near `home_rad`, its base turned so that the plate lies along the world's axes."""
+    """Returns the model in a pose near `home_rad`, its base turned so that the plate lies along the world's axes."""
     if len(home_rad) != len(model.joints):
         raise UserError(f"Expected {len(model.joints)} angles of the home pose, got {len(home_rad)}")
     pose = pivot_pose(model, np.array(home_rad))

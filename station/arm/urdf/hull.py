@@ -19,7 +19,7 @@ _MOST_FACES = 40
 
 
 def enclosing_hull(points_m: Array) -> tuple[Vector, ...]:
-    """The corners, m, of a convex body that holds `points_m` (n, 3), m; none where they lie in one plane."""
+    """Returns the corners, m, of a convex body that holds `points_m` (n, 3), m; none where they lie in one plane."""
     try:
         hull = ConvexHull(points_m)
     except (QhullError, ValueError):
@@ -38,13 +38,13 @@ def enclosing_hull(points_m: Array) -> tuple[Vector, ...]:
 
 
 def _box(points: Array) -> Array:
-    """The six faces (6, 4) of the box round the points, as normals and offsets that are 0 on the face."""
+    """Returns the six faces (6, 4) of the box round the points, as normals and offsets that are 0 on the face."""
     normals = np.vstack([np.eye(3), -np.eye(3)])
     return np.column_stack([normals, -(points @ normals.T).max(axis=0)])
 
 
 def _corners(faces: Array, within: Array) -> Array:
-    """The corners (n, 3) of the body inside all faces, a grain farther out than they are."""
+    """Returns the corners (n, 3) of the body inside all faces, a grain farther out than they are."""
     return HalfspaceIntersection(faces - [0.0, 0.0, 0.0, _GRAIN_M], within).intersections
 
 

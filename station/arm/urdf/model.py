@@ -40,7 +40,7 @@ class Drafted:
 
 
 def draft(chain: Chain, meshes: Meshes, *, name: str, source: str) -> Drafted:
-    """The model of an arm whose plate is mounted at the tip, its normal along the tip's z.
+    """Returns the model of an arm whose plate is mounted at the tip, its normal along the tip's z.
 
     Raises:
         UserError: if geometry cannot be read, or a joint has no range.
@@ -79,7 +79,7 @@ class _Made:
 
 
 def _part(body: Body, body_from_end: Array, meshes: Meshes) -> _Part:
-    """A body's capsule and mass; `body_from_end` is the next joint's place, for a body without geometry."""
+    """Returns a body's capsule and mass; `body_from_end` is the next joint's place, for a body without geometry."""
     notes: list[str] = []
     points = points_of(body, meshes)
     if len(points):
@@ -95,7 +95,7 @@ def _part(body: Body, body_from_end: Array, meshes: Meshes) -> _Part:
 
 
 def _beyond(body_from_end: Array) -> Vector:
-    """The next joint's place, or a millimetre along z where it is here: a capsule's line has a length."""
+    """Returns the next joint's place, or a millimetre along z where it is here: a capsule's line has a length."""
     xyz, _ = _origin(body_from_end)
     return xyz if math.hypot(*xyz) > 1e-3 else (0.0, 0.0, 1e-3)
 
@@ -105,7 +105,7 @@ def _volume(capsule: Capsule) -> float:
 
 
 def _loads(chain: Chain, parts: Sequence[_Part]) -> list[float]:
-    """The torque (N m) that holds at each joint what lies beyond it, stretched out as far as it can be."""
+    """Returns the torque (N m) that holds at each joint what lies beyond it, stretched out as far as it can be."""
     lengths = [float(np.linalg.norm(origin[:3, 3])) for _, origin, _ in chain.steps[1:]]
     loads: list[float] = []
     for first in range(len(parts)):
@@ -116,7 +116,7 @@ def _loads(chain: Chain, parts: Sequence[_Part]) -> list[float]:
 
 
 def _longest(capsule: Capsule) -> float:
-    """The farthest that a capsule's centre line gets from its joint, m."""
+    """Returns the farthest that a capsule's centre line gets from its joint, m."""
     return max(math.hypot(*capsule.from_m), math.hypot(*capsule.to_m))
 
 
@@ -141,7 +141,9 @@ def _joint(joint: UrdfJoint, origin: Array, part: _Part, *, torque_nm: float) ->
 
 
 def _range(joint: UrdfJoint) -> tuple[float | None, float | None]:
-    """The joint's range; none for one that turns without end. A limit that is left out is 0, which is URDF's rule.
+    """Returns the joint's range; none for one that turns without end.
+
+    A limit that is left out is 0, which is URDF's rule.
 
     Raises:
         UserError: if it is empty, or a speed or torque is negative.
@@ -160,7 +162,7 @@ def _range(joint: UrdfJoint) -> tuple[float | None, float | None]:
 
 
 def _origin(a_from_b: Array) -> tuple[Vector, Vector]:
-    """Place and URDF's angles (roll, pitch, yaw) of a transform (4, 4)."""
+    """Returns the place and URDF's angles (roll, pitch, yaw) of a transform (4, 4)."""
     x, y, z = (round(value, 12) + 0.0 for value in a_from_b[:3, 3].tolist())
     turn = a_from_b[:3, :3]
     flat = math.hypot(turn[0, 0], turn[1, 0])

@@ -10,7 +10,7 @@ from shared.errors import UserError
 
 
 def read_bounded(path: Path, *, most_bytes: int, what: str) -> bytes:
-    """The bytes of a regular file.
+    """Reads the bytes of a regular file.
 
     Raises:
         UserError: if it is missing, no regular file, unreadable, or larger than `most_bytes`.
@@ -28,7 +28,9 @@ def read_bounded(path: Path, *, most_bytes: int, what: str) -> bytes:
 
 
 def read_xml(data: bytes, *, what: str) -> Element:
-    """The root of an XML document; prefixes stay as they are written, because robots' files often leave them unbound.
+    """Reads the root of an XML document.
+
+    Prefixes stay as they are written, because robots' files often leave them unbound.
 
     Raises:
         UserError: if it is not XML, or has a document type, which alone can declare entities.

@@ -191,7 +191,7 @@ def _number(element: Element | None, key: str, *, where: str) -> float | None:
 
 
 def vector(element: Element | None, key: str, *, where: str, default: Vector = (0.0, 0.0, 0.0)) -> Vector:
-    """Three numbers of an attribute; the default where there is none.
+    """Returns three numbers of an attribute; the default where there is none.
 
     Raises:
         UserError: if it holds something else.
@@ -203,7 +203,7 @@ def vector(element: Element | None, key: str, *, where: str, default: Vector = (
 
 
 def numbers(element: Element, key: str, *, count: int, where: str) -> list[float]:
-    """The finite numbers of an attribute.
+    """Returns the finite numbers of an attribute.
 
     Raises:
         UserError: if it is missing, or holds anything but that many of them.

@@ -38,7 +38,7 @@ class Meshes:
     packages: Mapping[str, Path] = field(default_factory=dict[str, Path])
 
     def path(self, name: str) -> Path:
-        """The file that a <mesh filename=...> names.
+        """Returns the file that a <mesh filename=...> names.
 
         Raises:
             UserError: for an unknown package, or an address in the network.
@@ -54,7 +54,7 @@ class Meshes:
 
 
 def points_of(body: Body, meshes: Meshes) -> Array:
-    """Points (n, 3) that span the geometry of a body, or a little more, in its frame (m); none where it has none.
+    """Gives points (n, 3) that span the geometry of a body, or a little more, in its frame (m); none where it has none.
 
     Raises:
         UserError: if a mesh is missing or cannot be read, or a shape's sizes are wrong.
@@ -98,13 +98,13 @@ def _sizes(element: Element, key: str, count: int, where: str) -> Array:
 
 
 def _ring(radius: float, height: float) -> Array:
-    """The corners (n, 3) of a polygon round a circle."""
+    """Returns the corners (n, 3) of a polygon round a circle."""
     turns, out = np.arange(_SECTIONS) * (2 * np.pi / _SECTIONS), radius * _ROUND
     return np.stack([out * np.cos(turns), out * np.sin(turns), np.full(_SECTIONS, height)], axis=1)
 
 
 def _mesh(path: Path) -> Array:
-    """The corners (n, 3) of a mesh in metres; only this one file is read, whatever it refers to."""
+    """Returns the corners (n, 3) of a mesh in metres; only this one file is read, whatever it refers to."""
     import trimesh  # noqa: PLC0415 - only an import of an arm needs it
 
     suffix = path.suffix.lower()
@@ -130,7 +130,7 @@ def _instance(scene: Any, node: str) -> Array:
 
 
 def _collada_unit(data: bytes, path: Path) -> float:
-    """The metres of a COLLADA file's unit; its up axis is not looked at, as in RViz.
+    """Returns the metres of a COLLADA file's unit; its up axis is not looked at, as in RViz.
 
     Raises:
         UserError: if its parts place each other so often that it grows without bounds, as an entity bomb does.

@@ -17,7 +17,7 @@ _IN_LINE = 4
 
 
 def toml_of(model: ArmModel, *, notes: Mapping[str, Sequence[str]], about: Sequence[str]) -> str:
-    """The text of a model's file: `load_arm_model` reads it back. `notes` belong to "base" and to joints by name.
+    """Gives the text of a model's file: `load_arm_model` reads it back. `notes` belong to "base" and to joints by name.
 
     Args:
         model: the arm.
@@ -74,7 +74,7 @@ def _degrees(angle_rad: float) -> float:
 
 
 def _lines(**entries: Any) -> Iterator[str]:
-    """One line for each entry, an array on one line with the brackets together; one of arrays takes several."""
+    """Yields one line for each entry, an array on one line with the brackets together; one of arrays takes several."""
     for key, value in entries.items():
         if isinstance(value, tuple) and value and isinstance(value[0], tuple):
             lines = (value[first : first + _IN_LINE] for first in range(0, len(value), _IN_LINE))
@@ -86,7 +86,7 @@ def _lines(**entries: Any) -> Iterator[str]:
 
 
 def _value(value: float | str | Vector) -> str:
-    """The value as TOML has it; tomli_w knows how texts and numbers are escaped."""
+    """Returns the value as TOML has it; tomli_w knows how texts and numbers are escaped."""
     if isinstance(value, tuple):
         return f"[{', '.join(map(_value, value))}]"
     return tomli_w.dumps({"x": value}).removeprefix("x = ").rstrip("\n")

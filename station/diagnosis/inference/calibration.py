@@ -22,7 +22,7 @@ class Calibration:
     smallest: Array
 
     def corrected(self, p: float) -> float:
-        """The probability that the search's smallest p is this small by chance.
+        """Returns the probability that the search's smallest p is this small by chance.
 
         Where fewer than five draws are as small, it is Šidák's correction with the number of independent tests that the
         draws' 5 % quantile implies.

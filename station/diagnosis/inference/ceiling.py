@@ -21,7 +21,7 @@ from station.physics.contact import Array
 
 
 def expected_log_run(evidence: Evidence, fitted: Fit) -> Array:
-    """Each run's (runs,) expected log density, nat, if the fitted model is the truth, with its share of the prior.
+    """Returns each run's (runs,) expected log density, nat, if the fitted model is true, with its share of the prior.
 
     Whitened components are independent, so it is minus the sum of their entropies less the log volume that whitening
     takes, and more where a channel's rows scatter less than its noise. A run without a slide is assumed to be one in
@@ -37,7 +37,7 @@ def expected_log_run(evidence: Evidence, fitted: Fit) -> Array:
 
 
 def _calmer(evidence: Evidence, whitening: Whitening, surplus: Array) -> Array:
-    """The score (channels,) of each channel's rows beyond what is expected, at least 0: they scatter less.
+    """Returns the score (channels,) of each channel's rows beyond what is expected, at least 0: they scatter less.
 
     `surplus` (rows,) is that of each row. It is read from the runs that were fitted; a channel whose rows score less
     than expected has what the model lacks, and its ceiling stays.
@@ -49,7 +49,9 @@ def _calmer(evidence: Evidence, whitening: Whitening, surplus: Array) -> Array:
 
 
 def entropy(tail: Array) -> Array:
-    """Differential entropy (n,), nat, of Student's t with `tail` (n,) degrees of freedom; Gaussian from GAUSSIAN on.
+    """Returns the differential entropy (n,), nat, of Student's t with `tail` (n,) degrees of freedom.
+
+    From GAUSSIAN on it is that of a Gaussian.
 
     (ν + 1) / 2 (ψ((ν + 1) / 2) − ψ(ν / 2)) + ln(√ν B(ν / 2, 1 / 2)): Lazo & Rathie 1978, IEEE Trans. Inf. Theory 24,
     120.

@@ -136,7 +136,7 @@ class Climb:
         return self._total(self.point)
 
     def promised(self) -> float:
-        """The log likelihood to which the quadratic model here promises that the climb leads."""
+        """Returns the log likelihood to which the quadratic model here promises that the climb leads."""
         self._take_slopes()
         return self.log_likelihood + self._aim(self._whitened_slopes()).gain
 
@@ -169,19 +169,19 @@ class Climb:
         return first.gain, self._total(self.point) - before
 
     def _whitened_slopes(self) -> Array:
-        """The slopes (n, k), whitened, of the components that count."""
+        """Returns the slopes (n, k), whitened, of the components that count."""
         whitening = self.point.whitening
         return whitening(self._slope)[self.counts[whitening.run]]
 
     def _aim(self, slope: Array) -> Aim:
-        """The step to the maximum of the quadratic model, from whitened slopes of the components that count."""
+        """Returns the step to the maximum of the quadratic model, from whitened slopes of the components that count."""
         vector, here = self.point.vector, self._curved(slope)
         quadratic = Quadratic.of(here, vector, self.precision)
         least, most = np.maximum(self.low - vector, -self._reach), np.minimum(self.high - vector, self._reach)
         return Aim(here, quadratic, *quadratic.step(least, most))
 
     def _curved(self, slope: Array) -> Curvature:
-        """The likelihood's curvature here, from whitened slopes of the components that count."""
+        """Returns the likelihood's curvature here, from whitened slopes of the components that count."""
         whitening = self.point.whitening
         counted = self.counts[whitening.run]
         tail, limit = whitening.tail[counted], whitening.limit[counted]
@@ -206,7 +206,7 @@ class Climb:
         return self.point is not start
 
     def _bend(self, aim: Aim, start: Point, tried: Point, shrink: float) -> Array:
-        """The bend (k,) of the way along a step, from what a share of it has shown beside the slopes."""
+        """Returns the bend (k,) of the way along a step, from what a share of it has shown beside the slopes."""
         straight = aim.here.slope @ (tried.vector - start.vector)
         seen = (tried.white - start.white)[self.counts[start.whitening.run]]
         return aim.quadratic.bend(aim.here, 2.0 / shrink**2 * (seen - straight), aim.move, shrink)
@@ -225,7 +225,7 @@ class Climb:
         return Point(vector, model, at, whitening(stack(self.evidence, at)), whitening)
 
     def _total(self, at: Point) -> float:
-        """The log density of the runs that count, and of the numbers' priors."""
+        """Returns the log density of the runs that count, and of the numbers' priors."""
         counted = self.counts[at.whitening.run]
         prior = -0.5 * float(self.precision @ at.vector**2)
         return float(at.density[counted].sum() - at.whitening.log_scale[self.counts].sum()) + prior

@@ -87,7 +87,7 @@ class Scores:
     absorbed: Absorbed
 
     def in_runs(self, runs: float) -> Scores:
-        """The same columns in another number of `runs`, with their information and what the model absorbs of them.
+        """Returns the same columns in another number of `runs`, with their information and what the model absorbs.
 
         Data grow with the runs, priors do not: in few runs a nuisance's prior keeps it from absorbing what it absorbs
         in many.
@@ -105,7 +105,7 @@ class Scores:
 
 
 def variants_of(evidence: Evidence, effects: Iterable[Effect]) -> list[tuple[Effect, Term]]:
-    """Each effect with each combination of its sizes and of the starts of its identifiable shapes.
+    """Returns each effect with each combination of its sizes and of the starts of its identifiable shapes.
 
     There are at most MOST_VARIANTS of each effect.
     """
@@ -120,7 +120,7 @@ def variants_of(evidence: Evidence, effects: Iterable[Effect]) -> list[tuple[Eff
 
 
 def _grid(parameters: Sequence[Parameter]) -> Iterator[dict[str, float]]:
-    """Each combination of the parameters' sizes or starts, by their names."""
+    """Yields each combination of the parameters' sizes or starts, by their names."""
     for values in itertools.product(*(one.sizes or one.starts for one in parameters)):
         yield dict(zip((one.name for one in parameters), values, strict=True))
 
@@ -138,7 +138,7 @@ class Looked:
     high: Array
 
     def of(self, effects: Sequence[Effect]) -> Looked:
-        """The slopes of some of the effects."""
+        """Returns the slopes of some of the effects."""
         chosen = [one for one in self.variants if any(one.effect is effect for effect in effects)]
         columns = [column for one in chosen for column in one.columns]
         ends = itertools.accumulate((len(one.columns) for one in chosen), initial=0)
@@ -151,7 +151,7 @@ class Looked:
 
 
 def looked(evidence: Evidence, model: Model, effects: Iterable[Effect]) -> Looked:
-    """The slopes of all variants of the effects around a model."""
+    """Returns the slopes of all variants of the effects around a model."""
     at = residuals(evidence, model)
     parts, variants, low, high = list[Table](), list[Variant](), list[float](), list[float]()
     with near(evidence, model):  # an effect at its null changes nothing
@@ -169,12 +169,12 @@ def looked(evidence: Evidence, model: Model, effects: Iterable[Effect]) -> Looke
 
 
 def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Table | None = None) -> Scores:
-    """The scores of all variants of the effects, then of the `extra` columns (rows, E)."""
+    """Returns the scores of all variants of the effects, then of the `extra` columns (rows, E)."""
     return scores_of(evidence, fit, looked(evidence, fit.model, effects), extra)
 
 
 def scores_of(evidence: Evidence, fit: Fit, seen: Looked, extra: Table | None = None) -> Scores:
-    """The scores of slopes around a fit, then of the `extra` columns (rows, E), which have no bounds."""
+    """Returns the scores of slopes around a fit, then of the `extra` columns (rows, E), which have no bounds."""
     beside = by_channel(evidence, {}, 0) if extra is None else extra
     unbound = np.full(beside.shape[1], np.inf)
     precision = np.array([number.precision for number in fit.free])
@@ -225,7 +225,7 @@ class _Columns:
         self._weight = np.sqrt(expected_information(curvature, tail, self._whitening.limit))[:, None]
 
     def _parts(self) -> Iterable[_Part]:
-        """Rows (m,) that count, the model's own columns (m, k) and the candidates' (m, K) there."""
+        """Returns rows (m,) that count, the model's own columns (m, k) and the candidates' (m, K) there."""
         return self._white() if len(self._counted) > PART_ROWS else self._kept
 
     @cached_property
@@ -239,7 +239,7 @@ class _Columns:
             yield rows[counted], white[:, : self._own], white[:, self._own :]
 
     def projected(self, fit: Fit, precision: Array) -> tuple[Array, Array, Array]:
-        """The own numbers' information (k, k), the candidates' projection (k, K) on them, and information (K,).
+        """Returns the own numbers' information (k, k), the candidates' projection (k, K) on them, and information (K,).
 
         A number that the data push against its bound is held there, and absorbs nothing: an adhesion that is not
         negative leaves what an offset of the angle has in common with it.
@@ -258,7 +258,7 @@ class _Columns:
         return among, np.linalg.pinv(among + np.diag(precision), hermitian=True) @ across, whole
 
     def free_of(self, projection: Array) -> tuple[Array, Array, Array]:
-        """The candidates' information (K, K) beside the model's numbers, score by cluster (runs, K), and Σ s⁴ (K,)."""
+        """Returns the candidates' information (K, K) beside the model, score by cluster (runs, K), and Σ s⁴ (K,)."""
         information = np.zeros((projection.shape[1], projection.shape[1]))
         of_runs, fourth = np.zeros((self._runs, projection.shape[1])), np.zeros(projection.shape[1])
         for rows, own, candidates in self._parts():
@@ -271,13 +271,16 @@ class _Columns:
 
 
 def pushed_out(fit: Fit, score: Array) -> Bools:
-    """The numbers (k,) at a bound beyond which their `score` (k,) says that the likelihood rises."""
+    """Returns the numbers (k,) at a bound beyond which their `score` (k,) says that the likelihood rises."""
     low, high = (np.array([getattr(number, end) for number in fit.free]) for end in ("low", "high"))
     return (fit.vector <= low) & (score < 0.0) | (fit.vector >= high) & (score > 0.0)
 
 
 def at_sizes(evidence: Evidence, fit: Fit, scored: Scores) -> Scores:
-    """The same scores, whose variants at a size have their `twice_gain`; it takes a short fit for each of them."""
+    """Returns the same scores, whose variants at a size have their `twice_gain`.
+
+    It takes a short fit for each of them.
+    """
     model = fit.model
     free = free_numbers(evidence, model, ())
     slope = stack(evidence, slopes(evidence, model, free, residuals(evidence, model)))
@@ -286,12 +289,14 @@ def at_sizes(evidence: Evidence, fit: Fit, scored: Scores) -> Scores:
 
 
 def _null_sizes(effect: Effect) -> dict[str, float]:
-    """The null values of those parameters that have sizes."""
+    """Returns the null values of those parameters that have sizes."""
     return {one.name: one.neutral for one in effect.parameters if one.sizes}
 
 
 def _twice_gain(evidence: Evidence, current: Fit, start: Term, slope: Array) -> float:
-    """Twice what the log likelihood gains by a term at one of its sizes, mu_s and nuisances alone fitted anew; or 0.
+    """Returns twice what the log likelihood gains by a term at one of its sizes, or 0.
+
+    Only mu_s and the nuisances are fitted anew.
 
     `slope` (rows, k) has the current model's slopes by these. Most terms at most sizes fit far worse than none: a climb
     that does not promise to come back to where it left is not begun.

@@ -38,7 +38,7 @@ STEP = 1e-3
 
 
 def determined(evidence: Evidence, fitted: Fit, term: Term) -> tuple[Combination, ...]:
-    """The combinations of a term's numbers that are identifiable; empty where each number stands for itself."""
+    """Returns the combinations of a term's numbers that are identifiable; empty where each number stands for itself."""
     free, covariance = fitted.of_effect(term.effect.id)
     held = [fitted.at_bound(term.effect.id, one.name) for one in free]
     entangled = len(free) > 1 and _entangled(covariance, held)
@@ -65,7 +65,7 @@ def determined(evidence: Evidence, fitted: Fit, term: Term) -> tuple[Combination
 
 
 def _coefficient(evidence: Evidence, fitted: Fit, term: Term, expression: str) -> Combination:
-    """A quantity that is offered relative to static friction, as a coefficient of friction at the recorded states.
+    """Returns a quantity offered relative to static friction, as a coefficient of friction at the recorded states.
 
     The level is that of all slides, which every free number moves as much as it moves their mean residual.
     """
@@ -93,7 +93,7 @@ def _coefficient(evidence: Evidence, fitted: Fit, term: Term, expression: str) -
 
 
 def _entangled(covariance: Array, at_bound: list[bool]) -> bool:
-    """True if a number is at its bound, or its standard error falls by INFLATED when the others are given."""
+    """Returns true if a number is at its bound, or its standard error falls by INFLATED when the others are given."""
     alone = np.diag(covariance) * np.diag(np.linalg.pinv(covariance, hermitian=True))
     return any(at_bound) or bool(np.any(alone > INFLATED**2))
 
@@ -101,7 +101,7 @@ def _entangled(covariance: Array, at_bound: list[bool]) -> bool:
 def _slopes(
     derived: Callable[[Values], Mapping[str, tuple[float, str]]], values: Values, free: tuple[Parameter, ...]
 ) -> dict[str, Array]:
-    """Slopes (k,) of each derived quantity by the free numbers; a number at its upper bound is moved down."""
+    """Returns slopes (k,) of each derived quantity by the free numbers; a number at its upper bound is moved down."""
     middle, columns = derived(values), list[dict[str, float]]()
     for one in free:
         step = STEP * one.typical * (1.0 if values[one.name] + STEP * one.typical <= one.high else -1.0)
@@ -111,7 +111,7 @@ def _slopes(
 
 
 def _line(free: tuple[Parameter, ...], covariance: Array, values: Values) -> Combination:
-    """The linear combination with the smallest variance in typical sizes; its largest number has the factor 1."""
+    """Gives the linear combination with the smallest variance in typical sizes; its largest number has the factor 1."""
     typical = np.array([one.typical for one in free])
     _, axes = np.linalg.eigh(covariance / np.outer(typical, typical))
     factors = axes[:, 0] / typical
@@ -128,6 +128,6 @@ def _line(free: tuple[Parameter, ...], covariance: Array, values: Values) -> Com
 
 
 def _contact(evidence: Evidence) -> Contact | None:
-    """The recorded states: those of the slides, or else of the onsets; None without either."""
+    """Returns the recorded states: those of the slides, or else of the onsets; None without either."""
     slides = evidence.slides
     return evidence.contact() if slides is None else slides.contact

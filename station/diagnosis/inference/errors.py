@@ -31,7 +31,7 @@ class Curvature:
     run: Times
 
     def covariance(self, precision: Array, width: Array) -> Array:
-        """Covariance (k, k) of the numbers; `precision` (k,) is their priors', `width` (k,) the length of their ranges.
+        """Returns the covariance (k, k) of the numbers.
 
         A number that the runs do not determine gets the variance of a uniform distribution over its range. A number at
         a bound gets the error of any other: how near to its bound it is known to be.
@@ -39,6 +39,10 @@ class Curvature:
         A Newton step's weights (ν + 1) / (ν + w²) are 1 on average, and the information of Student's t is (ν + 1) / (ν
         + 3). Each number's variance is the larger of that and of the sandwich with the runs as clusters (Huber 1967;
         Liang & Zeger 1986, Biometrika 73, 13), the latter shrunk to the former where the runs are few.
+
+        Args:
+            precision: (k,) that of the numbers' priors.
+            width: (k,) the length of their ranges.
         """
         weight = expected_information(self.curve, self.tail, self.limit)
         table = self.slope
@@ -56,7 +60,7 @@ class Curvature:
 
 
 def _inverse(information: Array) -> Array:
-    """The inverse of an information matrix (k, k), each number in units of its own size.
+    """Returns the inverse of an information matrix (k, k), each number in units of its own size.
 
     Beside a number that a channel without noise knows to many digits the others would count as undetermined, without
     any error.

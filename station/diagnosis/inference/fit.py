@@ -52,19 +52,19 @@ class Fit:
         return float(self.log_run[self.counted].sum()) + self.log_prior
 
     def sd(self, effect_id: str, parameter: str) -> float:
-        """Standard error of a parameter in its unit; nan if it is not free."""
+        """Returns the standard error of a parameter in its unit; nan if it is not free."""
         index = self._index(effect_id, parameter)
         if index is None:
             return math.nan
         return float(np.sqrt(max(self.covariance[index, index], 0.0))) * self.free[index].scale
 
     def at_bound(self, effect_id: str, parameter: str) -> bool:
-        """True if a parameter is free and at one of its bounds."""
+        """Returns true if a parameter is free and at one of its bounds."""
         index = self._index(effect_id, parameter)
         return index is not None and not self.free[index].low < self.vector[index] < self.free[index].high
 
     def of_effect(self, effect_id: str) -> tuple[tuple[Parameter, ...], Array]:
-        """The free parameters (k,) of an effect and their covariance (k, k), in their units."""
+        """Returns the free parameters (k,) of an effect and their covariance (k, k), in their units."""
         indices = [index for index, number in enumerate(self.free) if number.effect and number.effect.id == effect_id]
         scale = np.array([self.free[index].scale for index in indices])
         numbers = tuple(number for index in indices if (number := self.free[index].parameter) is not None)

@@ -17,7 +17,7 @@ SINGULAR = 1e-8
 
 
 def gain(scored: Scores, columns: Sequence[int], score: Array | None = None) -> tuple[Array, int]:
-    """Twice the gain in log likelihood (draws,) within the columns' bounds, and the number of columns.
+    """Returns twice the gain in log likelihood (draws,) within the columns' bounds, and the number of columns.
 
     `score` (m, draws) are drawn scores of all m columns that `scored` has; None: the recording's own, with draws = 1.
     They have no unit. Columns whose null is a bound and whose step would cross it are held there, and the rest is
@@ -43,7 +43,10 @@ def gain(scored: Scores, columns: Sequence[int], score: Array | None = None) -> 
 
 
 def _alone(scored: Scores, column: int, own: Array) -> Array:
-    """The gains (draws,) of a single column by its scores (draws,): most candidates are one, and need no solver."""
+    """Returns the gains (draws,) of a single column by its scores (draws,).
+
+    Most candidates are one, and need no solver.
+    """
     information = scored.information[column, column]
     size = _size(information)
     part = own / size
@@ -53,14 +56,14 @@ def _alone(scored: Scores, column: int, own: Array) -> Array:
 
 
 def estimate(scored: Scores, columns: Sequence[int]) -> Array:
-    """The columns' numbers (k,) at the maximum of the likelihood's quadratic model, clipped to their bounds."""
+    """Returns the columns' numbers (k,) at the maximum of the likelihood's quadratic model, clipped to their bounds."""
     chosen, size, scaled = _scaled(scored, columns)
     step = np.linalg.solve(scaled, scored.score[chosen] / size) / size
     return np.clip(step, scored.low[chosen], scored.high[chosen])
 
 
 def _scaled(scored: Scores, columns: Sequence[int]) -> tuple[NDArray[np.int64], Array, Array]:
-    """The columns (k,), the square roots of their information, and that information (k, k) in units of these."""
+    """Gives the columns (k,), the square roots of their information, and that information (k, k) in units of these."""
     chosen = np.asarray(columns, dtype=np.int64)
     information = scored.information[chosen[:, None], chosen]
     size = _size(np.diag(information))
@@ -68,12 +71,12 @@ def _scaled(scored: Scores, columns: Sequence[int]) -> tuple[NDArray[np.int64], 
 
 
 def _size(information: Array) -> Array:
-    """The square roots (k,) of columns' information (k,); one without any gets a size that scales it to zero."""
+    """Gives the square roots (k,) of columns' information (k,); one without any gets a size that scales it to zero."""
     return np.where(information > 1e-9, np.sqrt(np.maximum(information, 1e-9)), 1e15)
 
 
 def _held(scored: Scores, chosen: NDArray[np.int64], own: Array, outside: Bools) -> Array:
-    """The gains (draws,) without the columns that `outside` (k, draws) marks as crossing their bounds."""
+    """Returns the gains (draws,) without the columns that `outside` (k, draws) marks as crossing their bounds."""
     found = np.zeros(own.shape[1])
     for pattern in np.unique(outside, axis=1).T:
         same = (outside == pattern[:, None]).all(axis=0)
@@ -84,7 +87,7 @@ def _held(scored: Scores, chosen: NDArray[np.int64], own: Array, outside: Bools)
 
 
 def overdispersion(scored: Scores, columns: Sequence[int]) -> float:
-    """Ratio (at least 1) of the scatter of the runs' shares of the score to what the likelihood expects.
+    """Returns the ratio (at least 1) of the scatter of the runs' shares of the score to what the likelihood expects.
 
     The shares' mean, which is the gain, is taken off. The ratio guards against dependence within runs that the noise
     model does not know: it is a sandwich variance, of which only a significant excess counts.
@@ -100,12 +103,12 @@ def overdispersion(scored: Scores, columns: Sequence[int]) -> float:
 
 
 def p_value(total: Array, size: int) -> Array:
-    """The asymptotic p-value (n,) of `total` (n,), twice a gain, with `size` numbers: chi-squared."""
+    """Returns the asymptotic p-value (n,) of `total` (n,), twice a gain, with `size` numbers: chi-squared."""
     return chdtrc(size, total)
 
 
 def smallest_p(gains: Iterable[tuple[Array, int]]) -> Array:
-    """The smallest p-value (n,) of many gains (n,) with their numbers.
+    """Returns the smallest p-value (n,) of many gains (n,) with their numbers.
 
     Of gains with equally many numbers the largest has the smallest p: one function of chi-squared stands for hundreds.
     """

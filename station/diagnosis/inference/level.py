@@ -22,7 +22,7 @@ OF_MEDIAN = math.sqrt(math.pi / 2.0)
 
 
 def levelled(evidence: Evidence, start: Model) -> Model:
-    """The model with mu_s at the recorded level.
+    """Returns the model with mu_s at the recorded level.
 
     Far from that level the residuals' median would count as scatter, every later noise estimate would stay too large,
     and no effect would show.
@@ -35,7 +35,7 @@ def levelled(evidence: Evidence, start: Model) -> Model:
 
 
 def _median(values: Array, channel: Channel, counted: Bools) -> float:
-    """The median of values (n,) of the rows that count, some of which are only known to lie beyond their limit.
+    """Returns the median of values (n,) of the rows that count, some of which are only known to lie beyond their limit.
 
     It is that of the product-limit estimate (Kaplan & Meier 1958, J. Am. Stat. Assoc. 53, 457). Without the runs that
     never slid the level would come out low, the more the fewer of them slide.
@@ -49,7 +49,7 @@ def _median(values: Array, channel: Channel, counted: Bools) -> float:
 
 
 def as_simulated(evidence: Evidence, fitted: Fit) -> Model:
-    """The model for a simulator: without nuisances, and with mu_s at the recorded level.
+    """Returns the model for a simulator: without nuisances, and with mu_s at the recorded level.
 
     With one mass a law of the load is another mu, so a nuisance may have taken up a part of the level.
     """
@@ -57,7 +57,7 @@ def as_simulated(evidence: Evidence, fitted: Fit) -> Model:
 
 
 def level_of(evidence: Evidence, fitted: Fit) -> Value:
-    """The coefficient of friction of that model, with the standard error of a median.
+    """Returns the coefficient of friction of that model, with the standard error of a median.
 
     Where no block was seen to let go, a law of the speed extrapolates static friction to speeds that nobody recorded:
     the level is then that of the recorded slides. The runs scatter, and each reading of an onset has an error of its
@@ -73,7 +73,7 @@ def level_of(evidence: Evidence, fitted: Fit) -> Value:
 
 
 def _of_sliding(model: Model, contact: Contact | None, known: Bools) -> float:
-    """The friction of the recorded slides over that of the same blocks at rest, by the model.
+    """Returns the friction of the recorded slides over that of the same blocks at rest, by the model.
 
     A row of a slide has a few contacts, of the nodes of its window.
     """

@@ -23,14 +23,14 @@ covariance of a run whose rows share its friction has no Cholesky factor (`stati
 
 
 def noise_of(evidence: Evidence, at: dict[str, Array]) -> Noise:
-    """The noise of the runs that count, from the residuals by channel."""
+    """Returns the noise of the runs that count, from the residuals by channel."""
     estimate = estimate_noise if evidence.group is None else grouped_noise
     noise = with_tails(evidence, at, estimate(evidence, at))
     return noise if evidence.floor is None else noise.at_least(evidence.floor)
 
 
 def with_tails(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Noise:
-    """The noise with each channel's tail and scale fitted to the whitened components of the runs that count."""
+    """Returns the noise with each channel's tail and scale fitted to the whitened components of the runs that count."""
     whitening = Whitening(evidence, noise)
     white = whitening(stack(evidence, at))
     known = np.concatenate([evidence.known(channel) for channel in evidence.channels])
@@ -51,6 +51,6 @@ def with_tails(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Noise:
 
 
 def shaking_of(evidence: Evidence, model: Model) -> Array | None:
-    """Standard deviations (n,) that the model's random pushes add to n onsets' residuals; None without pushes."""
+    """Gives standard deviations (n,) that the model's random pushes add to n onsets' residuals; None without pushes."""
     first = evidence.channels[0] if evidence.channels else None
     return first.shaking(model) if isinstance(first, Onsets) and model.acting("shaking") else None

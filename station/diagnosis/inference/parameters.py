@@ -59,21 +59,21 @@ class Free:
 
 
 def free_numbers(evidence: Evidence, model: Model, effects: Sequence[Effect]) -> tuple[Free, ...]:
-    """ln mu_s, then the parameters of the model's nuisances and of the effects, without unidentifiable shapes."""
+    """Gives ln mu_s, then the parameters of the model's nuisances and of the effects, without unidentifiable shapes."""
     every = [*nuisances(evidence, model), *effects]
     numbers = (Free(effect, parameter) for effect in every for parameter in identifiable(evidence, effect))
     return (Free(None, None), *numbers)
 
 
 def identifiable(evidence: Evidence, effect: Effect) -> tuple[Parameter, ...]:
-    """The effect's parameters without the shapes that are not identifiable in these runs."""
+    """Returns the effect's parameters without the shapes that are not identifiable in these runs."""
     contact = evidence.contact()
     idle = effect.idle(contact) if contact is not None else frozenset[str]()
     return tuple(parameter for parameter in effect.parameters if parameter.name not in idle)
 
 
 def vector_of(model: Model, free: Sequence[Free]) -> Array:
-    """The scaled values (k,) of a model's free numbers; an effect that it lacks is neutral."""
+    """Returns the scaled values (k,) of a model's free numbers; an effect that it lacks is neutral."""
     return np.array([_value(model, number) / number.scale for number in free])
 
 
@@ -87,7 +87,7 @@ def _value(model: Model, number: Free) -> float:
 
 
 def moved(model: Model, number: Free, by: float) -> Model:
-    """The model with one free number moved by `by` of its scales, clipped to its bounds."""
+    """Returns the model with one free number moved by `by` of its scales, clipped to its bounds."""
     if number.effect is None or number.parameter is None:
         return replace(model, mu_s=model.mu_s * math.exp(by))
     values = next((term.values for term in model.terms if term.effect.id == number.effect.id), number.effect.neutral())
@@ -96,7 +96,7 @@ def moved(model: Model, number: Free, by: float) -> Model:
 
 
 def model_of(vector: Array, free: Sequence[Free], *, base: Model) -> Model:
-    """The base model with the free numbers set to `vector` (k,), clipped to their bounds."""
+    """Returns the base model with the free numbers set to `vector` (k,), clipped to their bounds."""
     model = base
     values: dict[str, dict[str, float]] = {}
     effects: dict[str, Effect] = {}

@@ -36,7 +36,7 @@ class Quadratic:
         return Quadratic(here.slope.T @ here.pull + precision * vector, hessian)
 
     def step(self, least: Array, most: Array) -> tuple[Array, float]:
-        """The step (k,) to the maximum between the bounds `least` (k,) and `most` (k,), and the gain that it promises.
+        """Returns the step (k,) to the maximum between the bounds `least` (k,) and `most` (k,), and the gain promised.
 
         A Newton step that is merely clipped at the bounds can lead downhill: a number that is held at its bound changes
         the others' optimum (Stark & Parker 1995, Comput. Stat. 10, 129: bounded-variable least squares).
@@ -48,11 +48,16 @@ class Quadratic:
         return move, -float(self.gradient @ move + 0.5 * move @ self.hessian @ move)
 
     def bend(self, here: Curvature, bent: Array, move: Array, shrink: float) -> Array:
-        """The second derivative (k,) of the way along a valley's floor, from that of the residuals along `move` (k,).
+        """Gives the second derivative (k,) of the way on a valley's floor, by that of the residuals.
 
-        `bent` (n,) is the latter, whitened. Where the step is to go by the share `shrink` of `move`, a bend longer than
-        BENT of that way is shortened: the residuals are no quadratic so far away. Transtrum & Sethna 2012,
-        arXiv:1201.5885 ("geodesic acceleration").
+        Where the step is to go by the share `shrink` of `move`, a bend longer than BENT of that way is shortened: the
+        residuals are no quadratic so far away. Transtrum & Sethna 2012, arXiv:1201.5885 ("geodesic acceleration").
+
+        Args:
+            here: the curvature of the likelihood here.
+            bent: (n,) the second derivative of the residuals along `move`, whitened.
+            move: (k,) the step of the numbers.
+            shrink: the share of `move` by which the step is to go.
         """
         root = self._root
         half = solve_triangular(root, here.slope.T @ (here.curve * bent), lower=True)

@@ -61,14 +61,14 @@ class Table:
         return Table((self.shape[0], self.shape[1] + other.shape[1]), (*self.pieces, *moved))
 
     def chosen(self, columns: Sequence[int]) -> Table:
-        """The columns with these numbers, in that order."""
+        """Returns the columns with these numbers, in that order."""
         number = {column: index for index, column in enumerate(columns)}
         kept = (_renumbered(one, number) for one in self.pieces)
         return Table((self.shape[0], len(columns)), tuple(one for one in kept if one.columns))
 
 
 def _renumbered(piece: Piece, number: Mapping[int, int]) -> Piece:
-    """The columns of a piece that have a new number, under it."""
+    """Returns the columns of a piece that have a new number, under it."""
     known = [index for index, column in enumerate(piece.columns) if column in number]
     columns = tuple(number[piece.columns[index]] for index in known)
     same = len(known) == len(piece.columns)
@@ -76,7 +76,7 @@ def _renumbered(piece: Piece, number: Mapping[int, int]) -> Piece:
 
 
 def by_channel(evidence: Evidence, parts: Mapping[str, Array], columns: int) -> Table:
-    """Columns (n, `columns`) of some of the channels by name; the other channels' are zero."""
+    """Returns columns (n, `columns`) of some of the channels by name; the other channels' are zero."""
     return Table((sum(map(len, evidence.channels)), columns), tuple(_pieces(evidence, parts)))
 
 
@@ -92,7 +92,7 @@ def _pieces(evidence: Evidence, parts: Mapping[str, Array]) -> Iterator[Piece]:
 
 
 def side_by_side(evidence: Evidence, tables: Sequence[Table]) -> Table:
-    """The columns of all the tables, one after another."""
+    """Returns the columns of all the tables, one after another."""
     whole = by_channel(evidence, {}, 0)
     for table in tables:
         whole = whole.beside(table)

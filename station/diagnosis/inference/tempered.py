@@ -42,16 +42,19 @@ class Posterior:
     draws: Array
 
     def mean(self) -> Array:
-        """The mean (k,) of each number."""
+        """Returns the mean (k,) of each number."""
         return self.draws.mean(axis=0)
 
     def sd(self) -> Array:
-        """The standard deviation (k,) of each number."""
+        """Returns the standard deviation (k,) of each number."""
         return self.draws.std(axis=0)
 
 
 def tempered(log_likelihood: Callable[[Array], Array], low: Array, high: Array, rng: np.random.Generator) -> Posterior:
-    """The posterior under a flat prior between `low` and `high` (k,); `log_likelihood` takes (m, k) and gives (m,)."""
+    """Returns the posterior under a flat prior between `low` and `high` (k,).
+
+    `log_likelihood` takes (m, k) and gives (m,).
+    """
 
     def value(points: Array) -> Array:
         return log_likelihood(low + ndtr(points) * (high - low))
@@ -71,7 +74,7 @@ def tempered(log_likelihood: Callable[[Array], Array], low: Array, high: Array, 
 
 
 def _step(log_value: Array, most: float) -> float:
-    """The largest step of the power, up to `most`, that leaves the weights even enough."""
+    """Returns the largest step of the power, up to `most`, that leaves the weights even enough."""
 
     def even(step: float) -> bool:
         log_weight = step * log_value
@@ -88,7 +91,7 @@ def _step(log_value: Array, most: float) -> float:
 
 
 def _resampled(weight: Array, rng: np.random.Generator) -> Index:
-    """The draws (m,), by their indices, that stand for weighted ones (systematic resampling)."""
+    """Returns the draws (m,), by their indices, that stand for weighted ones (systematic resampling)."""
     marks = (rng.random() + np.arange(len(weight))) / len(weight)
     return np.minimum(np.searchsorted(np.cumsum(weight), marks), len(weight) - 1).astype(np.int64)
 
@@ -96,7 +99,7 @@ def _resampled(weight: Array, rng: np.random.Generator) -> Index:
 def _moved(
     value: Callable[[Array], Array], points: Array, log_value: Array, power: float, rng: np.random.Generator
 ) -> tuple[Array, Array]:
-    """The draws and their log likelihoods after Metropolis moves, which leave prior × likelihood^power as it is."""
+    """Returns the draws and their log likelihoods after Metropolis moves, which keep prior × likelihood^power."""
     size = points.shape[1]
     spread = np.atleast_2d(np.cov(points.T)) + 1e-12 * np.eye(size)
     width = WIDTH / np.sqrt(size) * np.linalg.cholesky(spread)

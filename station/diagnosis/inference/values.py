@@ -8,7 +8,7 @@ from station.physics.model import Term
 
 
 def values_of(fitted: Fit, term: Term) -> dict[str, Value]:
-    """Every number of a term by its name; the standard error of one that is not free is nan."""
+    """Returns every number of a term by its name; the standard error of one that is not free is nan."""
     return {
         parameter.name: Value(
             value=term.values[parameter.name],

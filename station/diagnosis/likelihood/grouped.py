@@ -60,7 +60,7 @@ class _Sizes:
 
 
 def _lent(evidence: Evidence, own: Mapping[str, _Sizes | None]) -> _Sizes:
-    """The sizes for channels with too few rows to know their own: those of the channel with the most.
+    """Returns the sizes for channels with too few rows to know their own: those of the channel with the most.
 
     It is the same contact, whose friction scatters and wanders on. Without them a few windows in which friction still
     settles would be as sure as their means, to 1e-4, and decide the search of the whole record.
@@ -70,7 +70,7 @@ def _lent(evidence: Evidence, own: Mapping[str, _Sizes | None]) -> _Sizes:
 
 
 def _sizes(evidence: Evidence, channel: Channel, residual: Array) -> _Sizes | None:
-    """The likeliest sizes; None for too few rows. One group has no level of its own: that is mu."""
+    """Returns the likeliest sizes; None for too few rows. One group has no level of its own: that is mu."""
     rows = channel.rows
     order = np.argsort(evidence.block[rows.run], kind="stable")
     order = order[evidence.known(channel)[order]]
@@ -113,7 +113,7 @@ def _likeliest(values: Array, sigma: Array, place_m: Array | None, starts: Bools
 
 
 def _reaches(place_m: Array | None, starts: Bools) -> tuple[float, float]:
-    """The shortest reach of a record's wander, that of its rows, and the longest, m.
+    """Returns the shortest reach of a record's wander, that of its rows, and the longest, m.
 
     What goes on for longer is a trend, as of a law: it leaves too few stretches on their own to tell one.
     """

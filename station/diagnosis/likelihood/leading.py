@@ -30,7 +30,7 @@ class PressureLead(Effect):
     separated_by: ClassVar[str] = "nothing: it is allowed for"
 
     def lead(self, contact: Contact, values: Values) -> Array | float:
-        """The lead (n,), or one for all contacts, in widths of the sole."""
+        """Returns the lead (n,), or one for all contacts, in widths of the sole."""
         del contact
         return values["lead"]
 

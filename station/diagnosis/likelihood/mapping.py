@@ -39,7 +39,7 @@ class CameraMap(Effect):
     separated_by: ClassVar[str] = "nothing: it is allowed for"
 
     def seen(self, view: View, values: Values) -> Array | None:
-        """The apparent displacement (n, points, 2), m, in P."""
+        """Returns the apparent displacement (n, points, 2), m, in P."""
         x, y = view.point_m[..., 0], view.point_m[..., 1]
         nearer = values["lean_x"] * x + values["lean_y"] * y
         aspect, shear, turn = values["aspect"], values["shear"], values["turn_rad"]

@@ -53,12 +53,12 @@ class Noise:
         return math.hypot(self.friction, self.own.get(name, 0.0), self.group.get(name, 0.0))
 
     def of_reading(self, channel: Channel) -> Array:
-        """The variance (n,) of the rows' own errors: of their reading, and of what else may shift them."""
+        """Returns the variance (n,) of the rows' own errors: of their reading, and of what else may shift them."""
         rows = channel.rows
         return (self.factor[channel.name] * rows.sigma) ** 2 + rows.astray**2
 
     def at_most(self, other: Noise) -> Noise:
-        """The smaller of both standard deviations and factors, one by one; the tails and the wander stay."""
+        """Returns the smaller of both standard deviations and factors, one by one; the tails and the wander stay."""
         return replace(
             self,
             friction=min(self.friction, other.friction),
@@ -68,7 +68,7 @@ class Noise:
         )
 
     def at_least(self, floor: Noise) -> Noise:
-        """The larger of both standard deviations and factors, one by one; the tails stay."""
+        """Returns the larger of both standard deviations and factors, one by one; the tails stay."""
         larger = {
             name: one for name, one in self.wander.items() if name not in floor.wander or one.sd > floor.wander[name].sd
         }
@@ -116,7 +116,7 @@ def estimate_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
 
 
 def _factor(values: Array, sigma: Array, run: Times) -> float:
-    """Ratio of the scatter of successive rows' differences to what their sigma says; not below a half."""
+    """Returns the ratio of the scatter of successive rows' differences to what their sigma says; not below a half."""
     if len(values) < 4:
         return 1.0
     same = run[1:] == run[:-1]
@@ -128,7 +128,7 @@ def _factor(values: Array, sigma: Array, run: Times) -> float:
 
 
 def _wandering(wander: Wander, place_m: Array, sigma: Array, run: Times) -> float:
-    """The wander's median share of the variance of successive rows' differences, standardised as in `_factor`."""
+    """Gives the wander's median share of the variance of successive rows' differences, standardised as in `_factor`."""
     same = run[1:] == run[:-1]
     if not same.any():
         return 0.0
@@ -137,7 +137,7 @@ def _wandering(wander: Wander, place_m: Array, sigma: Array, run: Times) -> floa
 
 
 def _of_means(wander: Wander, place_m: Array, run: Times, runs: int) -> Array:
-    """Standard deviation (runs,) of the wander's mean over each run's rows."""
+    """Returns the standard deviation (runs,) of the wander's mean over each run's rows."""
     found = np.zeros(runs)
     for one in np.unique(run):
         mine = place_m[run == one]
@@ -146,7 +146,7 @@ def _of_means(wander: Wander, place_m: Array, run: Times, runs: int) -> Array:
 
 
 def _run_means(values: Array, sigma: Array, run: Times, runs: int) -> tuple[Array, Array]:
-    """Weighted mean of each run (runs,) and its standard error (runs,); nan for a run without rows."""
+    """Returns the weighted mean of each run (runs,) and its standard error (runs,); nan for a run without rows."""
     weight = 1.0 / np.maximum(sigma, 1e-12) ** 2
     total = np.bincount(run, weight, runs)
     summed = np.bincount(run, weight * values, runs)
@@ -155,7 +155,7 @@ def _run_means(values: Array, sigma: Array, run: Times, runs: int) -> tuple[Arra
 
 
 def _between(mean: Array, error: Array) -> float:
-    """The standard deviation of the runs' random effects, from their means (runs,) and these means' errors (runs,)."""
+    """Returns the standard deviation of the runs' random effects, from their means (runs,) and their errors (runs,)."""
     known = np.isfinite(mean)
     if known.sum() < 4:
         return 1e-6
@@ -164,12 +164,14 @@ def _between(mean: Array, error: Array) -> float:
 
 
 def _robust_sd(values: Array) -> float:
-    """Standard deviation of clipped values, corrected for what the clipping takes from a Gaussian."""
+    """Returns the standard deviation of clipped values, corrected for what the clipping takes from a Gaussian."""
     return float(np.std(clipped(values, thresholds.CLIP))) / 0.9933
 
 
 def _censoring(values: Array, limit: Bools) -> float:
-    """Ratio of the scatter of all runs to that of the runs that slid; the others are right-censored at their `limit`.
+    """Returns the ratio of the scatter of all runs to that of the runs that slid.
+
+    The others are right-censored at their `limit`.
 
     It is the maximum likelihood of a censored Gaussian by expectation and maximisation (Tobin 1958, Econometrica 26,
     24; Dempster, Laird, Rubin 1977).
@@ -191,7 +193,7 @@ def _censoring(values: Array, limit: Bools) -> float:
 
 
 def _share(means: Mapping[str, Array], errors: Mapping[str, Array], own: dict[str, float]) -> float:
-    """The standard deviation of friction that onset and slide share; what each has besides is written to `own`.
+    """Returns the standard deviation of friction that onset and slide share; what each has besides is written to `own`.
 
     The difference of the two in the same run determines precisely what they do not share; a covariance of two large
     scatters would not.

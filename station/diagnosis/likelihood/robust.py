@@ -11,7 +11,7 @@ GAUSSIAN_MAD = 1.4826
 
 
 def clipped(values: Array, reach: float, middle: Array | None = None) -> Array:
-    """The values (n,) clipped at `reach` robust standard deviations from their median, or from `middle` (n,)."""
+    """Gives the values (n,) clipped at `reach` robust standard deviations from their median, or from `middle` (n,)."""
     centre = np.median(values) if middle is None else middle
     spread = reach * (GAUSSIAN_MAD * float(np.median(np.abs(values - centre))))
     return np.clip(values, centre - spread, centre + spread) if spread else values

@@ -18,14 +18,14 @@ STEP = 0.02
 
 
 def residuals(evidence: Evidence, model: Model) -> dict[str, Array]:
-    """The residuals (rows,) of each channel by its name."""
+    """Returns the residuals (rows,) of each channel by its name."""
     return {channel.name: channel.residual(model) for channel in evidence.channels}
 
 
 def slopes(
     evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str, Array], *, steps: Array | None = None
 ) -> dict[str, Array]:
-    """Slopes (rows, k) by channel of the residuals `at` the model, by one-sided differences within the bounds.
+    """Returns slopes (rows, k) by channel of the residuals `at` the model, by one-sided differences within the bounds.
 
     `steps` (k,) are those of the differences, in typical sizes; STEP where they are not given. Slopes that an effect
     cannot have in a channel are zero and not evaluated.
@@ -49,7 +49,7 @@ def near(evidence: Evidence, model: Model) -> Generator[None]:
 def differences(
     evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str, Array], *, steps: Array | None = None
 ) -> dict[str, Array]:
-    """The slopes (rows, k) as in `slopes`, by `steps` (k,), inside a context that `near` has opened."""
+    """Returns the slopes (rows, k) as in `slopes`, by `steps` (k,), inside a context that `near` has opened."""
     vector = vector_of(model, free)
     sizes = np.full(len(free), STEP) if steps is None else steps
     found = {name: np.zeros((len(values), len(free))) for name, values in at.items()}

@@ -14,10 +14,12 @@ SETTLED = 1e-7
 
 
 def log_density(white: Array, tail: Array, limit: Bools) -> Array:
-    """Log density (n,) of each component; for a limit, the log probability to lie beyond it.
+    """Returns the log density (n,) of each component; for a limit, the log probability to lie beyond it.
 
-    The components `white` (n,) are whitened, so without a unit; `tail` (n,), or one for all, is their degrees of
-    freedom, and `limit` (n,) is True for limits.
+    Args:
+        white: (n,) the components, whitened and so without a unit.
+        tail: (n,) their degrees of freedom, or one number for all.
+        limit: (n,) True for limits.
     """
     square = white**2
     gauss = -0.5 * square - 0.5 * np.log(2 * np.pi)
@@ -27,17 +29,20 @@ def log_density(white: Array, tail: Array, limit: Bools) -> Array:
 
 
 def _volume(tail: Array) -> Array:
-    """Log of Student's density at 0, without its scale."""
+    """Returns the log of Student's density at 0, without its scale."""
     return gammaln((tail + 1) / 2) - gammaln(tail / 2) - 0.5 * np.log(tail * np.pi)
 
 
 def pulls(white: Array, tail: Array, limit: Bools) -> tuple[Array, Array]:
-    """Slope (n,) of −log density by each component, and its weight (n,) in a Newton step.
-
-    The arguments are those of `log_density`: `white` (n,), `tail` (n,) and `limit` (n,).
+    """Returns the slope (n,) of −log density by each component, and its weight (n,) in a Newton step.
 
     The weight is (ν + 1) / (ν + w²), as in iteratively reweighted least squares: unlike the curvature it is positive
     everywhere. For a limit it is the curvature itself.
+
+    Args:
+        white: (n,) the components, whitened and so without a unit.
+        tail: (n,) their degrees of freedom, or one number for all.
+        limit: (n,) True for limits.
     """
     curvature = np.where(tail >= thresholds.GAUSSIAN, 1.0, (tail + 1) / (tail + white**2))
     slope = curvature * white
@@ -49,17 +54,22 @@ def pulls(white: Array, tail: Array, limit: Bools) -> tuple[Array, Array]:
 
 
 def expected_information(curvature: Array, tail: Array, limit: Bools) -> Array:
-    """The information (n,) of each component, without a unit, about its own place: (ν + 1) / (ν + 3).
+    """Returns the information (n,) of each component, without a unit, about its own place: (ν + 1) / (ν + 3).
 
-    `curvature` (n,), `tail` (n,) and `limit` (n,) are those of `pulls`. A limit has its curvature: one that lies far
-    below tells nothing (Lange, Little & Taylor 1989, J. Am. Stat. Assoc. 84, 881, appendix B).
+    A limit has its curvature: one that lies far below tells nothing (Lange, Little & Taylor 1989, J. Am. Stat. Assoc.
+    84, 881, appendix B).
+
+    Args:
+        curvature: (n,) the weight that `pulls` gives.
+        tail: (n,) the components' degrees of freedom, or one number for all.
+        limit: (n,) True for limits.
     """
     expected = np.where(tail >= thresholds.GAUSSIAN, 1.0, (tail + 1.0) / (tail + 3.0))
     return np.where(limit, curvature, expected)
 
 
 def fitted_tail(white: Array) -> tuple[float, float]:
-    """The degrees of freedom, out of TAILS, and the scale that fit the whitened components `white` (n,) best."""
+    """Gives the degrees of freedom, out of TAILS, and the scale that fit the whitened components `white` (n,) best."""
     if len(white) < thresholds.LEAST_SCALED:
         return thresholds.GAUSSIAN, 1.0
     best, none = (-np.inf, thresholds.GAUSSIAN, 1.0), np.zeros(len(white), dtype=np.bool_)
@@ -71,7 +81,7 @@ def fitted_tail(white: Array) -> tuple[float, float]:
 
 
 def scale_of(white: Array, tail: float) -> float:
-    """Maximum-likelihood scale for given degrees of freedom, from the median on; 1 for fewer than LEAST_SCALED.
+    """Returns the likeliest scale for given degrees of freedom, from the median on; 1 for fewer than LEAST_SCALED.
 
     `white` (n,) are whitened components, without a unit.
     """

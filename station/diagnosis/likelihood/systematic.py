@@ -50,7 +50,7 @@ class OnsetReading(Effect):
     separated_by: ClassVar[str] = "nothing: it is allowed for"
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
-        """The factor (n,) on friction by which the onsets are read early or late; 1 while the block slides."""
+        """Returns the factor (n,) on friction by which the onsets are read early or late; 1 while the block slides."""
         if contact.moving.all():
             return 1.0
         about_x, about_y, _ = contact.acceleration_rad_s2.T
@@ -82,7 +82,7 @@ class PictureReading(Effect):
     separated_by: ClassVar[str] = "nothing: it is allowed for"
 
     def seen(self, view: View, values: Values) -> Array | None:
-        """The block mark's apparent shift (n, points, 2) down the slope, m; None for other marks."""
+        """Returns the block mark's apparent shift (n, points, 2) down the slope, m; None for other marks."""
         if not view.on_block:
             return None
         sine = np.sin(view.tilt_rad)
@@ -94,7 +94,7 @@ PICTURE_READING = PictureReading()
 
 
 def nuisances(evidence: Evidence, model: Model) -> tuple[Effect, ...]:
-    """The nuisances of the measurement, then those that the model allows for.
+    """Returns the nuisances of the measurement, then those that the model allows for.
 
     Without slides the reading of the onsets is part of mu, and is no nuisance.
     """
@@ -108,12 +108,12 @@ def nuisances(evidence: Evidence, model: Model) -> tuple[Effect, ...]:
 
 
 def allowing_for(model: Model, effects: Iterable[Effect]) -> Model:
-    """The model with these effects added as nuisances, at their nulls."""
+    """Returns the model with these effects added as nuisances, at their nulls."""
     return replace(model, terms=(*model.terms, *(_allowed(effect) for effect in effects)))
 
 
 def _allowed(effect: Effect) -> Term:
-    """The same law under a nuisance's id, with its largest plausible size as its prior's standard deviation."""
+    """Returns the same law under a nuisance's id, with its largest plausible size as its prior's standard deviation."""
     wide = tuple(
         replace(parameter, typical=thresholds.PLAUSIBLE * parameter.typical) for parameter in effect.parameters
     )
@@ -122,26 +122,26 @@ def _allowed(effect: Effect) -> Term:
 
 
 def is_nuisance(effect: Effect) -> bool:
-    """True if an effect is fitted and never claimed."""
+    """Returns true if an effect is fitted and never claimed."""
     return effect.id.startswith("_")
 
 
 def claimable(model: Model) -> list[Effect]:
-    """The model's effects that are no nuisances."""
+    """Returns the model's effects that are no nuisances."""
     return [term.effect for term in model.terms if not is_nuisance(term.effect)]
 
 
 def keeping(model: Model, ids: Collection[str]) -> Model:
-    """The model with its nuisances and only these of its other effects, by their ids."""
+    """Returns the model with its nuisances and only these of its other effects, by their ids."""
     return replace(model, terms=tuple(one for one in model.terms if is_nuisance(one.effect) or one.effect.id in ids))
 
 
 def less(model: Model, effect_id: str) -> Model:
-    """The model without one of its effects."""
+    """Returns the model without one of its effects."""
     return keeping(model, {effect.id for effect in claimable(model)} - {effect_id})
 
 
 def without_nuisances(model: Model) -> Model:
-    """The model without its nuisances."""
+    """Returns the model without its nuisances."""
     terms = tuple(term for term in model.terms if not is_nuisance(term.effect))
     return Model(mu_s=model.mu_s, scatter=model.scatter, terms=terms)

@@ -37,12 +37,12 @@ class Wander:
     reach_m: float
 
     def shared(self, apart_m: Array) -> Array:
-        """Covariance (n,) of two windows that lie `apart_m` (n,) apart."""
+        """Returns the covariance (n,) of two windows that lie `apart_m` (n,) apart."""
         return self.sd**2 * np.exp(-np.abs(apart_m) / self.reach_m)
 
 
 def wanders(evidence: Evidence, residuals: Mapping[str, Array]) -> dict[str, Wander]:
-    """The wander of each channel that follows a path, by maximum likelihood of its residuals (rows,).
+    """Returns the wander of each channel that follows a path, by maximum likelihood of its residuals (rows,).
 
     The course that all runs share, by the order of their windows, is subtracted first: it is a law's. Rows in groups
     have theirs estimated together with their groups' levels (`grouped`).
@@ -74,7 +74,7 @@ def _wander(evidence: Evidence, channel: Channel, residual: Array) -> Wander:
 
 
 def _numbers(inner: Array, spread: float) -> tuple[float, float, float, float]:
-    """Factor on the error, standard deviations of the run's level and of the wander, and its reach (m), from `inner`.
+    """Gives the factor on the error, deviations of the run's level and of the wander, and its reach (m), from `inner`.
 
     `inner` (4,) has logarithms of the first three; the reach is a logistic function within its bounds.
     """
@@ -84,7 +84,7 @@ def _numbers(inner: Array, spread: float) -> tuple[float, float, float, float]:
 
 
 def _of_its_own(residual: Array, run: NDArray[np.int64]) -> Array:
-    """Residuals (n,), ordered by run, less the course that the runs share from window to window.
+    """Returns residuals (n,), ordered by run, less the course that the runs share from window to window.
 
     The course is the cumulative sum of the median steps, which do not depend on the runs' levels: a run that has fewer
     windows than others leaves no trace where it ends. Where too few runs have a step, the last known one goes on.
@@ -100,9 +100,13 @@ def _of_its_own(residual: Array, run: NDArray[np.int64]) -> Array:
 
 
 def simplex(cost: Callable[[Array], float], begin: Array, steps: Array, *, evaluations: int) -> Array:
-    """The numbers (k,) of the least cost by the simplex search (Nelder & Mead 1965, Comput. J. 7, 308).
+    """Returns the numbers (k,) of the least cost by the simplex search (Nelder & Mead 1965, Comput. J. 7, 308).
 
-    Its first corners are `begin` (k,) and one of `steps` (k,) along each axis from there, in the numbers' own units.
+    Args:
+        cost: the cost of numbers (k,).
+        begin: (k,) the first corner, in the numbers' own units.
+        steps: (k,) how far the other corners are from it, each along one axis, in the same units.
+        evaluations: how often the cost may be computed.
     """
     corners = np.vstack([begin, begin + np.diag(steps)])
     options = {"maxfev": evaluations, "xatol": 0.02, "fatol": 0.02, "initial_simplex": corners}
@@ -113,7 +117,7 @@ def simplex(cost: Callable[[Array], float], begin: Array, steps: Array, *, evalu
 def minus_log_likelihood(
     values: Any, rows: Any, place: Any, starts: Any, own: float, wander: float, reach_m: float
 ) -> float:
-    """Minus the log likelihood of values (n,) in runs or groups that begin at `starts`, by a Kalman filter.
+    """Returns minus the log likelihood of values (n,) in runs or groups that begin at `starts`, by a Kalman filter.
 
     Each has a level and an Ornstein-Uhlenbeck process along its path; `place` (n,) is the way along it, m. `rows` (n,),
     `own` and `wander` are the variances of rows, levels and the process. The filter is over (w, b), process and level

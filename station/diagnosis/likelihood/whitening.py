@@ -59,7 +59,7 @@ class Whitening:
         self.log_scale: Array = np.bincount(self.run[self._order], log_size, evidence.runs).astype(np.float64)
 
     def __call__(self, values: Array) -> Array:
-        """Whitened values; a vector (rows,) or a matrix (rows, columns)."""
+        """Returns whitened values; a vector (rows,) or a matrix (rows, columns)."""
         # A vector is one column; a matrix may have none, where there is nothing to fit.
         columns = np.ascontiguousarray(values[:, None] if values.ndim == 1 else values, dtype=np.float64)
         white = np.empty_like(columns)
@@ -67,7 +67,7 @@ class Whitening:
         return white.reshape(values.shape)
 
     def parts(self, most: int = PART_ROWS) -> Iterator[tuple[Index, Callable[[Array], Array]]]:
-        """All rows in parts of whole blocks, of about `most` rows each, and what whitens their values (m, columns)."""
+        """Yields all rows in parts of whole blocks, of about `most` rows, and what whitens values (m, columns)."""
         begins = np.searchsorted(self._edges, np.arange(0, len(self.run), most), side="right") - 1
         for first, last in pairwise([*np.unique(begins).tolist(), len(self._edges) - 1]):
             yield self._order[self._edges[first] : self._edges[last]], partial(self._part, first, last)
@@ -124,7 +124,7 @@ def _factorise(rows: Any, edges: Any, places: Any, factors: Any, begins: Any, lo
 
 @compiled
 def _solve(order: Any, edges: Any, places: Any, factors: Any, begins: Any, values: Any, white: Any) -> None:
-    """Forward substitution, run by run, for all columns at once; see `_factorise`."""
+    """Solves by forward substitution, run by run, for all columns at once; see `_factorise`."""
     for run in range(len(edges) - 1):
         rows, begin = order[edges[run] : edges[run + 1]], begins[edges[run] : edges[run + 1]]
         size = len(rows)
@@ -141,7 +141,7 @@ def _solve(order: Any, edges: Any, places: Any, factors: Any, begins: Any, value
 
 
 def _loads(evidence: Evidence, noise: Noise, channel: Index) -> tuple[Array, Array]:
-    """Loadings (rows,) of the shared friction of a block, and of its channel's random effect of it."""
+    """Returns loadings (rows,) of the shared friction of a block, and of its channel's random effect of it."""
     shared, own = np.zeros(len(channel)), np.zeros(len(channel))
     for index, one in enumerate(evidence.channels):
         of_channel = channel == index
@@ -155,12 +155,18 @@ def _loads(evidence: Evidence, noise: Noise, channel: Index) -> tuple[Array, Arr
 
 
 def _is_of_rows(evidence: Evidence, channel: Channel) -> bool:
-    """True if a channel's random effect of a run is in the variance of its rows: a run has one onset, or one row."""
+    """Returns true if a channel's random effect of a run is in the variance of its rows.
+
+    A run has one onset, or one row.
+    """
     return channel.name == ONSET or evidence.group is not None
 
 
 def _wandering(evidence: Evidence, noise: Noise) -> tuple[Array, Array, Array]:
-    """Place along the path (rows,), and the wander's standard deviation and reach; 0, 0, 1 where there is none."""
+    """Returns the place along the path (rows,), and the wander's standard deviation and reach.
+
+    They are 0, 0, 1 where there is none.
+    """
     places, sizes, reaches = list[Array](), list[Array](), list[Array]()
     for channel in evidence.channels:
         wander, some = noise.wander.get(channel.name), np.ones(len(channel))
@@ -171,6 +177,6 @@ def _wandering(evidence: Evidence, noise: Noise) -> tuple[Array, Array, Array]:
 
 
 def stack(evidence: Evidence, parts: Mapping[str, Array]) -> Array:
-    """Values by channel, one below the other in the evidence's order: (rows, …)."""
+    """Returns values by channel, one below the other in the evidence's order: (rows, …)."""
     ordered: Sequence[Array] = [parts[channel.name] for channel in evidence.channels]
     return np.concatenate(ordered) if ordered else np.zeros(0)

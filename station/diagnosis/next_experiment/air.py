@@ -12,7 +12,7 @@ AIR = {"temperature_c": ("temperature", "temperatures"), "relative_humidity": ("
 
 
 def in_other_air(found: Search, effects: Sequence[EffectFound]) -> NextExperiment | None:
-    """The same in random order of the air, or while it changes otherwise, if the air and the order went together."""
+    """Returns the same in random order of the air, or while it changes otherwise, if air and order went together."""
     coinciding = found.fitter.coinciding
     air = [AIR[field] for field in AIR if field in coinciding.together]
     main = next((one for one in effects if one.verdict == "indistinguishable" and "other" in one.class_ids), None)

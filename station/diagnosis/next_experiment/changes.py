@@ -84,7 +84,7 @@ def _places(rng: np.random.Generator, runs: int, draw: Draw) -> None:
 
 
 def _dealt(rng: np.random.Generator, runs: int, values: tuple[float, ...]) -> Array:
-    """The values (runs,) in random order, each as often as the others."""
+    """Returns the values (runs,) in random order, each as often as the others."""
     return rng.permutation(np.resize(np.array(values), runs))
 
 
@@ -117,17 +117,17 @@ SINGLE: Changes = (
 
 
 def designs() -> Iterator[Changes]:
-    """The same session again, and every change alone."""
+    """Yields the same session again, and every change alone."""
     yield ()
     yield from ((one,) for one in SINGLE)
 
 
 def together(first: Change) -> Iterator[Changes]:
-    """A change with each other that concerns something else."""
+    """Yields a change with each other that concerns something else."""
     yield from ((first, other) for other in SINGLE if other.factor != first.factor)
 
 
 def run_s(draw: Draw, *, tilt_rad: float, changes: Changes) -> float:
-    """The mean duration of a run, s, a person's time included."""
+    """Returns the mean duration of a run, s, a person's time included."""
     hands = sum(bool(change.by_hand) for change in changes)
     return float(np.mean(draw["dwell_s"] + tilt_rad / draw["rate"])) + OTHERWISE_S + BY_HAND_S * hands

@@ -64,7 +64,7 @@ class Choice:
 
 
 def separating(question: Question, bench: Bench) -> Choice:
-    """The design that tells the rivals apart in the least time; if none does, the one with the largest promise.
+    """Returns the design that tells the rivals apart in the least time; if none does, the one with the largest promise.
 
     Where no design tells all of them apart, one of them is told from the rest.
     """
@@ -77,7 +77,7 @@ def separating(question: Question, bench: Bench) -> Choice:
 
 
 def _one_and_rest(question: Question) -> Iterator[Groups]:
-    """Each rival against all others together, if there are more than two."""
+    """Yields each rival against all others together, if there are more than two."""
     ids = question.ids
     if len(ids) > 2:
         yield from ([(name,), tuple(other for other in ids if other != name)] for name in ids)
@@ -92,7 +92,7 @@ class _Known:
         self._drawn: dict[tuple[Changes, int, int], list[Drawn]] = {}
 
     def promise(self, changes: Changes, runs: int, groups: Groups, *, done: int = TRIAL_RUNS) -> Outlook:
-        """The outlook of `runs` runs of a design, computed from `done` simulated runs of it."""
+        """Returns the outlook of `runs` runs of a design, computed from `done` simulated runs of it."""
         key = changes, runs, done
         if key not in self._drawn:
             count, rng = runs * self.bench.usable, np.random.default_rng(SEED)
@@ -106,7 +106,7 @@ class _Known:
 
 
 def _among(known: _Known, groups: Groups) -> Choice:
-    """The best design for one partition; where none does alone, the most promising is tried with each other."""
+    """Returns the best design for one partition; where none does alone, the most promising is tried with each other."""
     choices = _quickest(known, groups, designs())
     if not any(one.promise.power >= POWER for one in choices):
         best = max((one for one in choices if one.changes), key=lambda one: one.promise.log_odds)
@@ -115,7 +115,7 @@ def _among(known: _Known, groups: Groups) -> Choice:
 
 
 def _quickest(known: _Known, groups: Groups, wanted: Iterable[Changes]) -> list[Choice]:
-    """The designs in their order, each with its shortest session.
+    """Returns the designs in their order, each with its shortest session.
 
     Those are left out whose fewest runs take longer than another design that promises enough: none of them is chosen.
     """
@@ -130,7 +130,7 @@ def _quickest(known: _Known, groups: Groups, wanted: Iterable[Changes]) -> list[
 
 
 def narrowing(question: Question, bench: Bench, *, ratio: float) -> Choice | None:
-    """The design that makes the standard error of the only rival's number `ratio` of what it is, in the least time.
+    """Returns the fastest design that makes the standard error of the only rival's number `ratio` of what it is.
 
     None if none does.
     """
@@ -151,7 +151,7 @@ def _signal(question: Question, bench: Bench, changes: Changes) -> Scores:
 
 
 def _information(signal: Scores, runs: float) -> float:
-    """The information of so many runs about the signal's number."""
+    """Returns the information of so many runs about the signal's number."""
     return float(signal.in_runs(runs).information[0, 0])
 
 
@@ -165,7 +165,7 @@ def _worth(choice: Choice) -> float:
 
 
 def _shortest(known: _Known, changes: Changes, groups: Groups) -> Choice:
-    """The shortest session of a design that promises enough, else the longest."""
+    """Returns the shortest session of a design that promises enough, else the longest."""
 
     def power(runs: int) -> float:
         return known.promise(changes, runs, groups).power
@@ -177,7 +177,10 @@ def _shortest(known: _Known, changes: Changes, groups: Groups) -> Choice:
 
 
 def _confirmed(known: _Known, choice: Choice) -> Choice:
-    """The choice with its own number of runs done again: what drifts with the runs drifts farther in more of them."""
+    """Returns the choice with its own number of runs done again.
+
+    What drifts with the runs drifts farther in more of them.
+    """
     changes, groups = choice.changes, choice.groups
     longer = [runs for runs in LENGTHS if runs >= choice.runs]
     promises = ((runs, known.promise(changes, runs, groups, done=runs)) for runs in longer)
@@ -189,7 +192,7 @@ Promised = tuple[int, Outlook]
 
 
 def _first(promises: Iterable[Promised]) -> Promised:
-    """The first that promises enough, or else the last."""
+    """Returns the first that promises enough, or else the last."""
     last: Promised = (0, NOTHING)
     for last in promises:
         if last[1].power >= POWER:
@@ -205,19 +208,19 @@ def _choice(question: Question, bench: Bench, changes: Changes, promised: Promis
 
 
 def sessions(question: Question, bench: Bench, changes: Changes, *, runs: int) -> list[Trial]:
-    """The session with the changes, once for each rival as its truth."""
+    """Returns the session with the changes, once for each rival as its truth."""
     return tried(question, _done(question, bench, changes, runs))
 
 
 def _done(question: Question, bench: Bench, changes: Changes, runs: int) -> list[Evidence]:
-    """The evidence of a session with the changes, for each rival as its truth."""
+    """Returns the evidence of a session with the changes, for each rival as its truth."""
     picked, draw = protocol_of(bench.recorded, changes, runs=runs)
     truths = [question.beside.with_term(rival.term) for rival in question.rivals]
     return redone(bench.recorded, picked, draw, truths=truths)
 
 
 def protocol_of(recorded: Recorded, changes: Changes, *, runs: int) -> tuple[Times, Draw]:
-    """The indices (TRIAL_RUNS,) of recorded runs, and the protocol of a session of `runs` runs with the changes."""
+    """Returns the indices (TRIAL_RUNS,) of recorded runs, and the protocol of a session of `runs` runs as changed."""
     before, rng = recorded.protocol(), np.random.default_rng(SEED)
     picked = np.linspace(0, len(recorded.runs) - 1, TRIAL_RUNS).round().astype(np.int64)
     draw = {name: values[picked] for name, values in before.items()}

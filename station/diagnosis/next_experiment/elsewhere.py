@@ -58,7 +58,7 @@ def elsewhere(
     catalogue: Mapping[str, Effect],
     untestable: Mapping[str, str] | None = None,
 ) -> NextExperiment | None:
-    """The experiment that separates the main finding from what looks like it, or measures it better; or None.
+    """Returns the experiment that separates the main finding from what looks like it, or measures it better; or None.
 
     Args:
         evidence: what was measured.
@@ -87,14 +87,14 @@ def elsewhere(
 
 
 def _alike(members: Sequence[Effect], catalogue: Mapping[str, Effect], untestable: Mapping[str, str]) -> Iterator[str]:
-    """The effects that look like the members, depend on the same setting, and could not be tested yet."""
+    """Yields the effects that look like the members, depend on the same setting, and could not be tested yet."""
     names = {name for effect in members for name in effect.confounded_with} & untestable.keys() & catalogue.keys()
     families = {effect.family for effect in members} & SETTINGS.keys()
     yield from sorted(name for name in names if catalogue[name].family in families)
 
 
 def _tied(evidence: Evidence, contact: Contact, members: Sequence[Effect]) -> str:
-    """The settings that went in one order or with each other, if a member depends on one of them; else empty."""
+    """Gives the settings that went in one order or with each other, if a member depends on one of them; else empty."""
     coinciding = Coinciding.among(evidence, members)
     titles = set[str]()
     if {coinciding.of.get(effect.id, "") for effect in members} & coinciding.together:
@@ -104,7 +104,7 @@ def _tied(evidence: Evidence, contact: Contact, members: Sequence[Effect]) -> st
 
 
 def _set(contact: Contact, members: Sequence[Effect]) -> list[Setting]:
-    """The settings of the members' families that varied."""
+    """Returns the settings of the members' families that varied."""
     families = {effect.family for effect in members}
     settings = (setting for family, setting in SETTINGS.items() if family in families)
     return [one for one in settings if np.ptp(one.values(contact)) > 0]
@@ -115,7 +115,7 @@ def _words(contact: Contact, members: Sequence[Effect]) -> str:
 
 
 def _in_one_order(values: Array, run: Array) -> bool:
-    """True if the values rose, or fell, all the time."""
+    """Returns true if the values rose, or fell, all the time."""
     if not np.ptp(run):
         return False
     steps = np.diff(values[np.argsort(run, kind="stable")])
@@ -123,7 +123,10 @@ def _in_one_order(values: Array, run: Array) -> bool:
 
 
 def _farther(evidence: Evidence, contact: Contact, members: Sequence[Effect]) -> Iterator[str]:
-    """Wider ranges of the settings that the members depend on; or what the members advise where there are none."""
+    """Yields wider ranges of the settings that the members depend on.
+
+    Where there are none, it yields what the members advise.
+    """
     settings = _set(contact, members)
     for one in settings:
         low, high = float(np.min(one.values(contact))), float(np.max(one.values(contact)))
@@ -140,7 +143,7 @@ def _separates(evidence: Evidence, why: str, members: Sequence[Effect], alike: S
 
 
 def _narrows(evidence: Evidence, main: EffectFound) -> NextExperiment | None:
-    """More rows of the same kind; None if the number is precise already."""
+    """Returns more rows of the same kind; None if the number is precise already."""
     known = next(iter(_numbers(main)), None)
     if known is None or known[1].sd <= thresholds.PRECISE * abs(known[1].value):
         return None
@@ -152,7 +155,7 @@ def _narrows(evidence: Evidence, main: EffectFound) -> NextExperiment | None:
 
 
 def _numbers(main: EffectFound) -> Iterator[tuple[str, Value]]:
-    """The numbers that are known, the combinations of several first."""
+    """Yields the numbers that are known, the combinations of several first."""
     yield from ((one.expression, one.known) for one in main.determined if math.isfinite(one.sd))
     sure = ((name, one) for name, one in main.parameters.items() if math.isfinite(one.sd) and not one.at_bound)
     yield from ((read_name(name, one.unit), one) for name, one in sure)

@@ -32,7 +32,10 @@ NOISE = Noise(
 
 
 def standard(rng: np.random.Generator, runs: int) -> Draw:
-    """The paper's protocol: four directions, one dwell, one tilt rate, the block always in about the same heading."""
+    """Returns the paper's protocol.
+
+    It has four directions, one dwell, one tilt rate, and the block always in about the same heading.
+    """
     quarter = rng.integers(0, 4, runs)
     return {
         "down": quarter * math.pi / 2,
@@ -48,7 +51,7 @@ def standard(rng: np.random.Generator, runs: int) -> Draw:
 
 
 def on_paper(draw: Draw, *, mu_s: float) -> Recorded:
-    """A session with a protocol (runs,) on a plate with this friction, without any effect or noise."""
+    """Returns a session with a protocol (runs,) on a plate with this friction, without any effect or noise."""
     runs = len(draw["number"])
     tilt = math.atan(mu_s)
     facts = RunFacts(
@@ -108,7 +111,7 @@ def _onsets(draw: Draw, facts: RunFacts, mu_s: float) -> Onsets:
 
 
 def _slides(draw: Draw, facts: RunFacts, mu_s: float) -> tuple[Along, Across, Turn]:
-    """A few windows of each slide, from slow to fast, at speeds that grow with the cube root of the tilt rate."""
+    """Gives a few windows of each slide, from slow to fast, at speeds that grow with the cube root of the tilt rate."""
     count = len(draw["number"])
     runs = np.repeat(np.arange(count), SLIDE_POINTS)
     share = np.tile((np.arange(SLIDE_POINTS) + 0.5) / SLIDE_POINTS, count)

@@ -24,7 +24,7 @@ ROUNDS = 4
 
 
 def open_shapes(evidence: Evidence, beside: Model, rival: Rival) -> list[Rival]:
-    """The rival with each start of the shapes that are idle in the evidence, which share its weight evenly."""
+    """Returns the rival with each start of the shapes that are idle in the evidence, which share its weight evenly."""
     contact = evidence.contact()
     idle = rival.term.effect.idle(contact) if contact is not None else frozenset[str]()
     shapes = [one for one in rival.term.effect.parameters if one.is_shape and one.name in idle]
@@ -40,7 +40,10 @@ def open_shapes(evidence: Evidence, beside: Model, rival: Rival) -> list[Rival]:
 
 
 def _matched(evidence: Evidence, beside: Model, term: Term, wanted: Array) -> Iterator[Term]:
-    """The term whose sizes are scaled to change the evidence as is wanted; nothing where it changes none of it."""
+    """Yields the term whose sizes are scaled to change the evidence as is wanted.
+
+    It yields nothing where the term changes none of it.
+    """
     for _ in range(ROUNDS):
         change = _change(evidence, beside, term)
         power = float(change @ change)
@@ -58,6 +61,6 @@ def _scaled(term: Term, times: float) -> Term:
 
 
 def _change(evidence: Evidence, beside: Model, term: Term) -> Array:
-    """The change of the residuals of all rows (n,) by the term."""
+    """Returns the change of the residuals of all rows (n,) by the term."""
     one, other = (stack(evidence, residuals(evidence, model)) for model in (beside.with_term(term), beside))
     return np.asarray(one - other)

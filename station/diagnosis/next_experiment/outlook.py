@@ -105,7 +105,10 @@ class Trial:
 
 
 def tried(question: Question, sessions: Sequence[Evidence]) -> list[Trial]:
-    """The trials of each rival with its session (rivals,); a session that several have in common is scored once."""
+    """Returns the trials of each rival with its session (rivals,).
+
+    A session that several have in common is scored once.
+    """
     scored = {evidence: _scored(question, evidence) for evidence in dict.fromkeys(sessions)}
     return [
         Trial(session=scored[evidence], truth=rival) for rival, evidence in zip(question.rivals, sessions, strict=True)
@@ -113,7 +116,7 @@ def tried(question: Question, sessions: Sequence[Evidence]) -> list[Trial]:
 
 
 def _scored(question: Question, evidence: Evidence) -> Session:
-    """The scores of all candidates on a session, and the rivals' own signals beside them."""
+    """Returns the scores of all candidates on a session, and the rivals' own signals beside them."""
     named = [one for one in question.effects if one.layer != "numerics" and one not in _acting(question.beside)]
     smooth = smooth_terms(evidence)
     seen = looked(evidence, question.beside, [*named, *smooth])
@@ -130,7 +133,7 @@ def _scored(question: Question, evidence: Evidence) -> Session:
 
 
 def signal(question: Question, evidence: Evidence) -> Scores:
-    """The score of the first rival's signal, while all else of the model is free."""
+    """Returns the score of the first rival's signal, while all else of the model is free."""
     absorbed = [one for one in question.effects if one.absorbed_by_mu and one not in _acting(question.beside)]
     null, _ = _null(question, evidence, looked(evidence, question.beside, absorbed), absorbed)
     return scores(evidence, null, (), _signals(evidence, null, question.rivals[:1]))
@@ -139,7 +142,7 @@ def signal(question: Question, evidence: Evidence) -> Scores:
 def _null(
     question: Question, evidence: Evidence, seen: Looked, effects: Sequence[Effect]
 ) -> tuple[Fit, Mapping[str, str]]:
-    """The model beside the rivals as if it were fitted, and which of the effects the session cannot show, and why.
+    """Returns the model beside the rivals as if it were fitted, and which effects the session cannot show, and why.
 
     `seen` are the slopes of these effects, and of others, around that model.
     """
@@ -150,7 +153,7 @@ def _null(
 
 
 def _signals(evidence: Evidence, null: Fit, rivals: Sequence[Rival]) -> Table:
-    """The changes of the residuals (rows, rivals) by each rival."""
+    """Returns the changes of the residuals (rows, rivals) by each rival."""
     at = residuals(evidence, null.model)
     changed = [residuals(evidence, null.model.with_term(one.term)) for one in rivals]
     parts = {name: np.column_stack([one[name] - values for one in changed]) for name, values in at.items()}
@@ -158,7 +161,7 @@ def _signals(evidence: Evidence, null: Fit, rivals: Sequence[Rival]) -> Table:
 
 
 def standing(evidence: Evidence, model: Model, noise: Noise) -> Fit:
-    """A model as it is, as if it were the fit to the evidence: its own numbers stay free."""
+    """Returns a model as it is, as if it were the fit to the evidence: its own numbers stay free."""
     named = _acting(model)
     free = free_numbers(evidence, model, named)
     count = len(evidence.run_number)
@@ -227,7 +230,7 @@ def _drawn(trial: Trial, runs: float, rng: np.random.Generator) -> Drawn:
 
 
 def outlook(sessions: Sequence[Drawn], groups: Groups) -> Outlook:
-    """The outlook of such sessions, averaged over their truths by the truths' weights."""
+    """Returns the outlook of such sessions, averaged over their truths by the truths' weights."""
     total = sum(one.truth.weight for one in sessions)
     power, odds = 0.0, 0.0
     for one in sessions:
@@ -238,7 +241,7 @@ def outlook(sessions: Sequence[Drawn], groups: Groups) -> Outlook:
 
 
 def _power_and_odds(one: Drawn, groups: Groups) -> tuple[float, float]:
-    """The share of sessions that name the truth's group and no other, and its mean log odds over the others."""
+    """Returns the share of sessions that name the truth's group and no other, and its mean log odds over the others."""
     own = next(group for group in groups if one.truth.id in group)
     others = [name for group in groups if group is not own for name in group]
     tells, ahead = one.posterior.tells(own, others), one.posterior.ahead(own, others)
@@ -246,7 +249,7 @@ def _power_and_odds(one: Drawn, groups: Groups) -> tuple[float, float]:
 
 
 def _candidates(session: Session) -> list[Columns]:
-    """Every variant as a candidate, the rivals' own values among them; priors as in the search."""
+    """Returns every variant as a candidate, the rivals' own values among them; priors as in the search."""
     variants = session.scored.variants
     named = {variant.effect.id for variant in variants if not is_smooth(variant.effect)}
     smooth = {variant.effect.id for variant in variants if is_smooth(variant.effect)}
@@ -269,17 +272,17 @@ def _candidates(session: Session) -> list[Columns]:
 
 
 def _gains(scored: Scores, candidates: Sequence[Columns], drawn: Array) -> list[Array]:
-    """Twice the gain (draws,) of each candidate."""
+    """Returns twice the gain (draws,) of each candidate."""
     return [gain(scored, one.columns, drawn)[0] for one in candidates]
 
 
 def _smallest(candidates: Sequence[Columns], gains: Sequence[Array]) -> Array:
-    """The smallest p (draws,) of all candidates."""
+    """Returns the smallest p (draws,) of all candidates."""
     return smallest_p((twice, len(one.columns)) for one, twice in zip(candidates, gains, strict=True))
 
 
 def _posterior(trial: Trial, scored: Scores, gains: Sequence[Array]) -> _Posterior:
-    """The odds and shares of the candidates as the search would have them, from their gains in each draw."""
+    """Returns the odds and shares of the candidates as the search would have them, from their gains in each draw."""
     session, cost = trial.session, math.log(max(scored.runs, 2.0))
     twice = with_own_noise(scored, trial.signal, [one.columns for one in session.candidates], gains)
     heat = np.array([temperature(column) for column in twice.T.tolist()])
@@ -301,7 +304,7 @@ def _posterior(trial: Trial, scored: Scores, gains: Sequence[Array]) -> _Posteri
 
 
 def _largest(all_odds: Iterable[tuple[bool, Array]], draws: int) -> Array:
-    """The largest odds (1, draws) of a smooth term."""
+    """Returns the largest odds (1, draws) of a smooth term."""
     unnamed = [odds for smooth, odds in all_odds if smooth]
     return np.max(unnamed, axis=0, keepdims=True) if unnamed else np.full((1, draws), -np.inf)
 
@@ -316,13 +319,13 @@ class _Posterior:
     heat: Array
 
     def tells(self, group: Sequence[str], others: Sequence[str]) -> Bools:
-        """The draws (draws,) whose class has names of the group and none of the others."""
+        """Returns the draws (draws,) whose class has names of the group and none of the others."""
         inside = self._classes()
         mine, theirs = (np.array([name in names for name in self.names]) for names in (group, others))
         return np.asarray(inside[mine].any(axis=0) & ~inside[theirs].any(axis=0))
 
     def ahead(self, group: Sequence[str], others: Sequence[str]) -> Array:
-        """The log odds (draws,) of the likeliest of the group over the likeliest of the others, or over nothing."""
+        """Returns the log odds (draws,) of the likeliest of the group over the likeliest other, or over nothing."""
         best, rest = (np.maximum(0.0, self._largest(names)) for names in (group, others))
         return 0.5 * (best - rest) / self.heat
 
@@ -331,7 +334,7 @@ class _Posterior:
         return np.max(chosen, axis=0) if chosen else np.zeros(self.odds.shape[1])
 
     def _classes(self) -> Bools:
-        """True (names, draws) where a name is in the class of the draw's likeliest one."""
+        """Returns true (names, draws) where a name is in the class of the draw's likeliest one."""
         shares, none = self.shares[:-1], self.shares[-1]
         order = np.argsort(-shares, axis=0, kind="stable")
         before = np.cumsum(np.take_along_axis(shares, order, axis=0), axis=0)

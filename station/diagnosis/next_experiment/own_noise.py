@@ -16,7 +16,7 @@ from station.physics.contact import Array
 
 
 def with_own_noise(scored: Scores, truth: int, candidates: Sequence[Sequence[int]], gains: Sequence[Array]) -> Array:
-    """Twice the gains (candidates, draws) with each model's own noise.
+    """Returns twice the gains (candidates, draws) with each model's own noise.
 
     The truth is a column of `scored`, the candidates are sets of columns, and `gains` (candidates, draws) are twice
     theirs with the noise of the truth. The truth lies in n rows, where it makes a sum of squares L of unit noise. Of a
@@ -33,7 +33,7 @@ def with_own_noise(scored: Scores, truth: int, candidates: Sequence[Sequence[int
 
 
 def shares_of_priors(scored: Scores, truth: int, candidates: Sequence[Sequence[int]]) -> Array:
-    """The shares (candidates,), from 0 to 1, of the candidates' gains that they gain of the priors.
+    """Returns the shares (candidates,), from 0 to 1, of the candidates' gains that they gain of the priors.
 
     The truth and the candidates are as above.
     """
@@ -45,7 +45,10 @@ def shares_of_priors(scored: Scores, truth: int, candidates: Sequence[Sequence[i
 
 
 def _shares(scored: Scores, truth: int, chosen: NDArray[np.int64]) -> Array:
-    """The shares (m,) of candidates of the same number of columns `chosen` (m, k): all at once, as they are many."""
+    """Returns the shares (m,) of candidates of the same number of columns `chosen` (m, k).
+
+    They are computed all at once, as they are many.
+    """
     among = chosen[:, :, None], chosen[:, None, :]
     seen, resisted = scored.information[chosen, truth], scored.absorbed.resisted
     inverse = np.linalg.pinv(scored.information[among], hermitian=True)

@@ -41,7 +41,7 @@ NO_PLAN = "No single plan separates them"
 def next_experiment(
     evidence: Evidence, found: Search, effects: Sequence[EffectFound], catalogue: Mapping[str, Effect]
 ) -> NextExperiment | None:
-    """The plan for the main finding, or else for the strongest suspicion; None if there is neither."""
+    """Returns the plan for the main finding, or else for the strongest suspicion; None if there is neither."""
     bench = _bench(evidence)
     if bench is None:
         return None
@@ -58,7 +58,7 @@ def next_experiment(
 
 
 def more_runs() -> NextExperiment:
-    """The plan for a recording of which most runs could not be used."""
+    """Returns the plan for a recording of which most runs could not be used."""
     return NextExperiment(
         separates=(), plan=_toml((FREE,), USUAL_RUNS), runs=USUAL_RUNS,
         why="too few runs can be used: free azimuths bring the block away from the border, where it leans on the foam",
@@ -73,7 +73,7 @@ def separate(
     mu_s: float = 0.4,
     protocol: Draw | None = None,
 ) -> NextExperiment:
-    """The plan that tells effects of typical size apart, or shows a single one, on a typical rig without a recording.
+    """Returns the plan that tells effects of typical size apart, or shows one, on a typical rig without a recording.
 
     `protocol` is that of the session that would be done otherwise: the paper's by default.
     """
@@ -91,7 +91,7 @@ def separate(
 
 
 def _typical(effect: Effect) -> Term:
-    """The effect with its first size at a typical value, or at the bound that is nearer."""
+    """Returns the effect with its first size at a typical value, or at the bound that is nearer."""
     size = next(parameter for parameter in effect.parameters if not parameter.is_shape)
     value = size.clipped(size.neutral + size.typical)
     if value == size.neutral:
@@ -105,14 +105,14 @@ def _bench(evidence: Evidence) -> Bench | None:
 
 
 def _main(found: Search, effects: Sequence[EffectFound], catalogue: Mapping[str, Effect]) -> EffectFound | None:
-    """The claimed name of the catalogue that gains most."""
+    """Returns the claimed name of the catalogue that gains most."""
     named = [one for one in effects if one.id in found.compared and set(one.class_ids) & catalogue.keys()]
     claimed = [one for one in named if one.verdict in ("supported", "indistinguishable")]
     return max(claimed, key=lambda one: found.compared[one.id].candidates[0].twice_gain, default=None)
 
 
 def asked(evidence: Evidence, found: Search, main: EffectFound, catalogue: Mapping[str, Effect]) -> Question:
-    """The question which member of a class is true: each as it was fitted, with its share of the posterior."""
+    """Returns the question which member of a class is true: each as it was fitted, with its share of the posterior."""
     comparison = found.compared[main.id]
     shares, beside = comparison.shares(), without_nuisances(comparison.without.model)
     fitted = {one.ids[0]: one for one in comparison.candidates if one.fitted is not None}
@@ -134,7 +134,10 @@ def _term(candidate: Candidate) -> Term:
 
 
 def _suspicion(found: Search) -> Term | None:
-    """The best single effect of the last stage at its promised size; None if the best of so many is so by chance."""
+    """Returns the best single effect of the last stage at its promised size.
+
+    It is None if the best of so many is so by chance.
+    """
     last = found.stages[-1]
     if last.chosen is not None or found.compared:
         return None
@@ -192,7 +195,7 @@ def _promised(ids: tuple[str, ...], choice: Choice, bench: Bench, aim: str) -> N
 
 
 def _none(question: Question, choice: Choice, bench: Bench, words: str, *, advice: str) -> NextExperiment:
-    """No plan: what the most promising one would do, and what the effects themselves advise."""
+    """Returns no plan: what the most promising one would do, and what the effects themselves advise."""
     reasons = dict.fromkeys(rival.term.effect.separated_by for rival in question.rivals)
     return NextExperiment(
         separates=(question.ids,), plan="", runs=0, power=choice.promise.power,
@@ -201,7 +204,7 @@ def _none(question: Question, choice: Choice, bench: Bench, words: str, *, advic
 
 
 def most_promising(choice: Choice, bench: Bench) -> str:
-    """The sentence on the best of the plans that fall short of POWER."""
+    """Returns the sentence on the best of the plans that fall short of POWER."""
     percent = round(100.0 * choice.promise.power)
     if not percent:
         return "None of those that were tried would do so in even 1 % of the sessions."
@@ -209,7 +212,7 @@ def most_promising(choice: Choice, bench: Bench) -> str:
 
 
 def _narrows(question: Question, bench: Bench, fitted: Fit) -> NextExperiment | None:
-    """The plan that halves the standard error of an effect's size; None if it is precise already."""
+    """Returns the plan that halves the standard error of an effect's size; None if it is precise already."""
     rival = question.rivals[0]
     name, value = _number(fitted, rival.term)
     if value is None or value.sd <= thresholds.PRECISE * _size(rival.term, name):
@@ -229,7 +232,7 @@ def _narrows(question: Question, bench: Bench, fitted: Fit) -> NextExperiment | 
 
 
 def _number(fitted: Fit, term: Term) -> tuple[str, Value | None]:
-    """The largest size of a term by typical sizes, and its value."""
+    """Returns the largest size of a term by typical sizes, and its value."""
     values = values_of(fitted, term)
     sizes = [
         parameter
@@ -243,7 +246,7 @@ def _number(fitted: Fit, term: Term) -> tuple[str, Value | None]:
 
 
 def _size(term: Term, name: str) -> float:
-    """The size of a number, or of the vector that it is a component of.
+    """Returns the size of a number, or of the vector that it is a component of.
 
     Components have the same unit, typical size and bounds, and their bounds are symmetric about 0.
     """
@@ -253,7 +256,7 @@ def _size(term: Term, name: str) -> float:
 
 
 def _words(changes: Changes, bench: Bench | None) -> str:
-    """The changes in words; what is not changed is done again in random order."""
+    """Returns the changes in words; what is not changed is done again in random order."""
     if changes:
         return ", ".join(change.name for change in changes)
     dwell = {} if bench is None else _dwell_of(bench)
@@ -261,7 +264,7 @@ def _words(changes: Changes, bench: Bench | None) -> str:
 
 
 def _toml(changes: Changes, runs: int, bench: Bench | None = None) -> str:
-    """A plan file with what is changed; what it does not name stays at its default, or as recorded."""
+    """Returns a plan file with what is changed; what it does not name stays at its default, or as recorded."""
     lines = [f"# {_words(changes, bench)}", *(f"# by hand: {one.by_hand}" for one in changes if one.by_hand)]
     tables: dict[str, object] = {"samples": runs, **({} if bench is None else _dwell_of(bench))}
     for change in changes:
@@ -274,6 +277,6 @@ def _tables(changes: Changes) -> tuple[str, ...]:
 
 
 def _dwell_of(bench: Bench) -> dict[str, dict[str, float]]:
-    """The recorded range of dwells for a recording that has no plan file, if they varied."""
+    """Returns the recorded range of dwells for a recording that has no plan file, if they varied."""
     low, high = (float(value) for value in np.quantile(bench.recorded.protocol()["dwell_s"], (0.05, 0.95)))
     return {"dwell": {"min_s": round(low, 2), "max_s": round(high, 2)}} if high > CHOSEN * low else {}

@@ -14,7 +14,7 @@ from station.physics.catalogue import Catalogue
 
 
 def recommended(examined: Examined, catalogue: Catalogue) -> Examined:
-    """The same diagnosis with its next experiment, which is also the advice on the effects that it separates.
+    """Returns the same diagnosis with its next experiment, which is also the advice on the effects that it separates.
 
     Args:
         examined: a diagnosis, with what was found in which evidence.
@@ -37,7 +37,7 @@ def _further(examined: Examined, catalogue: Catalogue) -> NextExperiment | None:
 
 
 def _advised(effect: EffectFound, further: NextExperiment | None) -> EffectFound:
-    """An effect with the plan that settles its class as the advice, in place of its law's own."""
+    """Returns an effect with the plan that settles its class as the advice, in place of its law's own."""
     if further is None or not further.plan or not any(effect.id in group for group in further.separates):
         return effect
     return replace(effect, separated_by=further.why)

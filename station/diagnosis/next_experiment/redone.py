@@ -57,7 +57,7 @@ class Recorded:
 
     @classmethod
     def of(cls, evidence: Evidence) -> Recorded | None:
-        """The session's runs that slid; None without any."""
+        """Returns the session's runs that slid; None without any."""
         onsets = evidence.channel("onset")
         if not isinstance(onsets, Onsets) or onsets.rows.limit.all():
             return None
@@ -66,7 +66,7 @@ class Recorded:
         return cls(evidence, onsets, onsets.rows.run[rows], rows, kept)
 
     def protocol(self) -> Draw:
-        """The protocol (r,) that the session had."""
+        """Returns the protocol (r,) that the session had."""
         at, facts = self.onsets.moments.reported.chosen(self.rows), self.evidence.facts
         rate = self._rate()
         known = {
@@ -77,7 +77,7 @@ class Recorded:
         return {name: np.nan_to_num(values) for name, values in known.items()}
 
     def _rate(self) -> Array:
-        """The fastest tilt (r,) that each run's onset and slide have seen while the plate rose."""
+        """Returns the fastest tilt (r,) that each run's onset and slide have seen while the plate rose."""
         parts = [self.onsets.moments, *(one.motion.moments for one in self.evidence.channels if isinstance(one, Along))]
         fastest = np.zeros(self.evidence.runs)
         for moments in parts:
@@ -89,7 +89,7 @@ class Recorded:
 
 
 def redone(recorded: Recorded, picked: Times, draw: Draw, *, truths: Iterable[Model]) -> list[Evidence]:
-    """The session of the `picked` (n,) of the recorded runs, by their indices, with the protocol `draw` (n,).
+    """Returns the session of the `picked` (n,) of the recorded runs, by their indices, with the protocol `draw` (n,).
 
     It is done once for each of `truths`, whose blocks slide in the directions in which its own begin to. Where those of
     an earlier one go the SAME ways, it is the very same session.
@@ -100,7 +100,7 @@ def redone(recorded: Recorded, picked: Times, draw: Draw, *, truths: Iterable[Mo
 
 
 def _slid(rows: _Rows, onsets: Onsets, off_rad: Array, done: list[tuple[Array, Evidence]]) -> Evidence:
-    """The session whose blocks slide `off_rad` (n,) from the steepest way down, from `done` if it is there."""
+    """Returns the session whose blocks slide `off_rad` (n,) from the steepest way down, from `done` if it is there."""
     for known_rad, session in done:
         if np.abs(off_rad - known_rad).max() < SAME_RAD:
             return session
@@ -137,7 +137,7 @@ class _Rows:
         self._off = np.zeros(len(picked))
 
     def evidence(self, onsets: Onsets, off_rad: Array) -> Evidence:
-        """The whole session, whose blocks slide `off_rad` (n,) from the steepest way down."""
+        """Returns the whole session, whose blocks slide `off_rad` (n,) from the steepest way down."""
         whole, self._off = self._recorded.evidence, off_rad
         channels = [onsets, *(self.other(channel, onsets) for channel in whole.channels if channel.name != "onset")]
         return replace(
@@ -152,7 +152,7 @@ class _Rows:
         )
 
     def ways(self, truth: Model, onsets: Onsets) -> Array:
-        """The directions (n,), rad, from the steepest way down, in which a model's blocks begin to slide."""
+        """Returns the directions (n,), rad, from the steepest way down, in which a model's blocks begin to slide."""
         load = onsets.moments.loads(truth)
         toward = np.arctan2(load.tangential[:, 1], load.tangential[:, 0])
         _, way = threshold(truth, load.contact, toward)
@@ -160,7 +160,7 @@ class _Rows:
         return np.mod(off + np.pi, 2 * np.pi) - np.pi
 
     def onsets(self) -> Onsets:
-        """The onsets, one to a run."""
+        """Returns the onsets, one to a run."""
         recorded = self._recorded
         own = np.arange(len(self._picked))
         moments = recorded.onsets.moments.again(self._changed(recorded.rows[self._picked], own))
@@ -168,7 +168,7 @@ class _Rows:
         return Onsets(replace(rows, covariates=covariates_of(moments.reported)), moments)
 
     def other(self, channel: Channel, onsets: Onsets) -> Channel:
-        """A slide's channel done again; any other as it was recorded."""
+        """Returns a slide's channel done again; any other as it was recorded."""
         rows, run = self._of_runs(channel.rows.run)
         if not isinstance(channel, Sliding):
             return _Kept(channel, self._recorded.kept[channel.name], rows, run)
@@ -177,7 +177,7 @@ class _Rows:
         return type(channel)(replace(_chosen(channel.rows, rows, run), covariates=middle), motion)
 
     def _of_runs(self, run: Times) -> tuple[Times, Times]:
-        """The rows (m,) of the picked runs among rows of the runs `run`, and the new runs (m,) that they belong to."""
+        """Returns the rows (m,) of the picked runs among rows of the runs `run`, and their new runs (m,)."""
         order = np.argsort(run, kind="stable")
         wanted = self._recorded.runs[self._picked]
         first, last = (np.searchsorted(run[order], wanted, side=side) for side in ("left", "right"))
@@ -255,7 +255,7 @@ class _Remembered:
         self._channel, self._known = channel, dict[object, Array]()
 
     def __call__(self, model: Model) -> Array:
-        """The residuals (n,) of the whole channel."""
+        """Returns the residuals (n,) of the whole channel."""
         terms = ((term.effect, tuple(term.values.items())) for term in model.terms)
         key = (model.mu_s, *terms)
         if key not in self._known:
@@ -273,9 +273,9 @@ class _Kept(Channel):
         self._whole, self._residual, self._chosen = whole, residual, chosen
 
     def changed_by(self, effect: Effect) -> bool:
-        """True if the recorded channel is changed by the effect."""
+        """Returns true if the recorded channel is changed by the effect."""
         return self._whole.changed_by(effect)
 
     def residual(self, model: Model) -> Array:
-        """The residuals of the chosen rows."""
+        """Returns the residuals of the chosen rows."""
         return self._residual(model)[self._chosen]

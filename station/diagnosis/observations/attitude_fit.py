@@ -59,7 +59,7 @@ class AttitudeFit:
     delay_sd_s: float
 
     def of_mean(self, weight: Array) -> float:
-        """Standard deviation (rad) of the mean over successive readings.
+        """Returns the standard deviation (rad) of the mean over successive readings.
 
         `weight` (k,) are their weights, which sum to 1.
         """
@@ -101,7 +101,7 @@ def fitted(time_s: Array, gravity: Array, rate_rad_s: Array) -> AttitudeFit:
 
 
 def _parts(time_s: Array) -> list[slice]:
-    """The stretches of readings without a gap."""
+    """Returns the stretches of readings without a gap."""
     step_s = np.diff(time_s)
     ends = np.flatnonzero(step_s > GAP * np.median(step_s)) + 1
     edges = [0, *ends.tolist(), len(time_s)]
@@ -109,7 +109,7 @@ def _parts(time_s: Array) -> list[slice]:
 
 
 def _delay(time_s: Array, gravity: Array, rate_rad_s: Array, parts: Sequence[slice]) -> tuple[float, float, Array]:
-    """The delay of the rates with its standard error, s, and the rates (n, 3) without it."""
+    """Returns the delay of the rates with its standard error, s, and the rates (n, 3) without it."""
     delay_s, sd_s, rate = 0.0, np.inf, rate_rad_s
     for _ in range(ROUNDS):
         level, (slope, _) = _level(time_s, gravity, rate, parts)
@@ -121,7 +121,9 @@ def _delay(time_s: Array, gravity: Array, rate_rad_s: Array, parts: Sequence[sli
 
 
 def _filtered(time_s: Array, level: Array, slopes: tuple[Array, Array], parts: Sequence[slice]) -> Array:
-    """The trace of a filter of the rates in the level (n, 2), without the trapezoid rule's bias; x' and x'' (n, 2).
+    """Returns the trace of a filter of the rates in the level (n, 2), and x' and x'' (n, 2).
+
+    The trace is without the trapezoid rule's bias.
 
     A rate whose slope jumps by J within an interval h, at a share f of it, is integrated to J h^2 f (1 - f) / 2 too
     much. x'' grows by J (1 - f) / 2, J / 2 and J f / 2 from reading to reading: the regression is h^2 / 10 with f
@@ -138,7 +140,7 @@ def _filtered(time_s: Array, level: Array, slopes: tuple[Array, Array], parts: S
 
 
 def _regressed(values: Array, by: Array) -> tuple[float, float]:
-    """The slope of values (n, 2) by others (n, 2), and White's standard error; 0 and inf if the others are 0."""
+    """Gives the slope of values (n, 2) by others (n, 2), and White's standard error; 0 and inf if the others are 0."""
     known = float((by * by).sum())
     if not known > 0.0:
         return 0.0, np.inf
@@ -147,14 +149,14 @@ def _regressed(values: Array, by: Array) -> tuple[float, float]:
 
 
 def _level(time_s: Array, gravity: Array, rate: Array, parts: Sequence[slice]) -> tuple[Array, tuple[Array, Array]]:
-    """The level (n, 2) of each reading with these rates (n, 3), and x' and x'' (n, 2) by them."""
+    """Returns the level (n, 2) of each reading with these rates (n, 3), and x' and x'' (n, 2) by them."""
     slope = -cross(rate, gravity)[:, :2]
     turned = [cumulative_trapezoid(slope[part], time_s[part], axis=0, initial=0.0) for part in parts]
     return gravity[:, :2] - np.concatenate(turned), (slope, _derivative(slope, time_s, parts))
 
 
 def _predicted(level: Array, parts: Sequence[slice]) -> tuple[float, Array]:
-    """The phi that predicts each reading best, and its prediction errors (n, 2)."""
+    """Returns the phi that predicts each reading best, and its prediction errors (n, 2)."""
     steps = _steps(level, parts)
 
     def worse(log_odds: float) -> float:
@@ -167,22 +169,22 @@ def _predicted(level: Array, parts: Sequence[slice]) -> tuple[float, Array]:
 
 
 def _missed(values: Array, keeps: float, parts: Sequence[slice]) -> Array:
-    """The prediction errors (n, 2) of the values, each predicted from those before it."""
+    """Returns the prediction errors (n, 2) of the values, each predicted from those before it."""
     return np.concatenate(_unforeseen(_steps(values, parts), keeps), axis=1).T
 
 
 def _steps(values: Array, parts: Sequence[slice]) -> list[Array]:
-    """The steps (2, m) of the values (n, 2) from reading to reading in each part."""
+    """Returns the steps (2, m) of the values (n, 2) from reading to reading in each part."""
     return [np.diff(values[part].T, prepend=values[part][:1].T) for part in parts]
 
 
 def _unforeseen(steps: Sequence[Array], keeps: float) -> list[Array]:
-    """The prediction errors (2, m) in each part."""
+    """Returns the prediction errors (2, m) in each part."""
     return [np.asarray(lfilter([1.0], [1.0, -keeps], step), dtype=np.float64) for step in steps]
 
 
 def _smoothed(level: Array, keeps: float, parts: Sequence[slice]) -> tuple[Array, Array]:
-    """The two-sided means (n, 2) of the values, and the weight (n,) of each value in its own mean."""
+    """Returns the two-sided means (n, 2) of the values, and the weight (n,) of each value in its own mean."""
 
     def both(values: Array) -> Array:
         sides = (lfilter([1.0], [1.0, -keeps], each, axis=0) for each in (values, values[::-1]))
@@ -193,7 +195,7 @@ def _smoothed(level: Array, keeps: float, parts: Sequence[slice]) -> tuple[Array
 
 
 def _wrong(level: Array, slope: Array, time_s: Array, parts: Sequence[slice]) -> float:
-    """The share of the level's variance that the rates' errors explain; the trapezoid rule explains the rest.
+    """Returns the share of the level's variance that the rates' errors explain; the trapezoid rule explains the rest.
 
     Where an acceleration jumps by J within an interval h, the trapezoid errs by J h^2 f (1 - f) / 2, with f uniform
     from 0 to 1, and the second differences of the slopes are J h f and J h (1 - f): 80 times the mean square of the
@@ -206,7 +208,10 @@ def _wrong(level: Array, slope: Array, time_s: Array, parts: Sequence[slice]) ->
 
 
 def _turning(time_s: Array, level: Array, gravity: Array, parts: Sequence[slice]) -> Array:
-    """The rates (n, 3) that the level's drift implies and the recorded ones lack; a turn about gravity is unseen."""
+    """Returns the rates (n, 3) that the level's drift implies and the recorded ones lack.
+
+    A turn about gravity is unseen.
+    """
     along = _derivative(level, time_s, parts)
     upright = np.copysign(np.maximum(np.abs(gravity[:, 2]), LEAST_UPRIGHT), gravity[:, 2])
     across = -(along * gravity[:, :2]).sum(axis=1) / upright
@@ -214,7 +219,7 @@ def _turning(time_s: Array, level: Array, gravity: Array, parts: Sequence[slice]
 
 
 def _derivative(values: Array, time_s: Array, parts: Sequence[slice]) -> Array:
-    """The time derivative (n, 2) of values (n, 2); 0 in a stretch of one reading."""
+    """Returns the time derivative (n, 2) of values (n, 2); 0 in a stretch of one reading."""
     made = np.zeros_like(values)
     for part in parts:
         if part.stop - part.start > 1:

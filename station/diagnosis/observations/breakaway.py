@@ -80,7 +80,7 @@ class Law:
     shape: int = EXPONENTIAL
 
     def of_runs(self, runs: int) -> Laws:
-        """The same law for each of `runs` runs."""
+        """Returns the same law for each of `runs` runs."""
         return Laws(
             held=cubics(1.0 - self.drop - self.fall * self._fallen())[None],
             slowing_m_s2=cubics(self.drag_per_s * SPEEDS_M_S)[None],
@@ -90,7 +90,7 @@ class Law:
         )
 
     def along(self, names: Sequence[str]) -> Along:
-        """The slopes of its tables by these numbers, which are among ALONG."""
+        """Returns the slopes of its tables by these numbers, which are among ALONG."""
         nothing = np.zeros_like(SPEEDS_M_S)
         held = {"drop": nothing - 1.0, "fall": -self._fallen(), "fall_speed_m_s": self.fall * self._rising()}
         slowing = {"drag_per_s": SPEEDS_M_S}
@@ -98,11 +98,11 @@ class Law:
         return Along(*cubics(tables)[:, :, None])
 
     def _fallen(self) -> Array:
-        """The share (COUNT,) of the fall that is reached at each of SPEEDS_M_S, 1 - s."""
+        """Returns the share (COUNT,) of the fall that is reached at each of SPEEDS_M_S, 1 - s."""
         return SHAPES[self.shape].fallen(SPEEDS_M_S / self.fall_speed_m_s)
 
     def _rising(self) -> Array:
-        """The slope (COUNT,) of that share by -ln v_s."""
+        """Returns the slope (COUNT,) of that share by -ln v_s."""
         return SHAPES[self.shape].slope(SPEEDS_M_S / self.fall_speed_m_s)
 
 
@@ -110,7 +110,7 @@ class Falling(Protocol):
     """An object that has the law of sliding of each run."""
 
     def of_runs(self, runs: int) -> Laws:
-        """The laws of `runs` runs."""
+        """Returns the laws of `runs` runs."""
         ...
 
 
@@ -133,7 +133,7 @@ class Breakaways:
         return whole._trying(np.array([look.time_s for look in looks]), half_s, COUNT)
 
     def _trying(self, middle_s: Array, half_s: Array, count: int) -> Breakaways:
-        """The same runs with `count` moments within `half_s` (r,) of `middle_s` (r,)."""
+        """Returns the same runs with `count` moments within `half_s` (r,) of `middle_s` (r,)."""
         first = np.array([run.time_s[0] + EDGE_S for run in self.runs])
         last = np.array([run.time_s[-1] - EDGE_S for run in self.runs])
         begin = np.clip(middle_s - half_s, first, last - STEP_S)
@@ -142,37 +142,37 @@ class Breakaways:
         return replace(self, tried_s=tried, log_expected=np.log(np.array(expected)))
 
     def nearer(self, law: Falling, count: int) -> Breakaways:
-        """The same runs with `count` moments around those that a law makes likely."""
+        """Returns the same runs with `count` moments around those that a law makes likely."""
         chance, tried = self.chances(law), self.tried_s
         mean = (chance * tried).sum(axis=1)
         variance = (chance * (tried - mean[:, None]) ** 2).sum(axis=1) + (tried[:, 1] - tried[:, 0]) ** 2
         return self._trying(mean, np.maximum(NEAR_SIGMAS * np.sqrt(variance), STEP_S), count)
 
     def around(self, law: Falling, count: int) -> Breakaways:
-        """The same runs with `count` moments where a law puts the slips, sought twice, the first time widely."""
+        """Gives the same runs with `count` moments where a law puts the slips, sought twice, the first time widely."""
         return self.nearer(law, COUNT).nearer(law, count)
 
     def some(self, number: int) -> Breakaways:
-        """The runs thinned to `number` of them, evenly spaced; all of them if there are fewer."""
+        """Returns the runs thinned to `number` of them, evenly spaced; all of them if there are fewer."""
         return self.chosen(np.unique(np.linspace(0, len(self.runs) - 1, number).astype(int)))
 
     def chosen(self, indices: Times) -> Breakaways:
-        """The runs with the `indices` (m,) among these."""
+        """Returns the runs with the `indices` (m,) among these."""
         rows = Rows(*(part[indices] for part in self.rows))
         return Breakaways([self.runs[row] for row in indices], rows, self.tried_s[indices], self.log_expected[indices])
 
     def softened(self, times: float) -> Breakaways:
-        """The same runs with `times` the noise, so that a law far from the truth still has a slope to climb."""
+        """Returns the same runs with `times` the noise, so that a law far from the truth still has a slope to climb."""
         return replace(self, rows=self.rows._replace(sigma_m=times * self.rows.sigma_m))
 
     def turning_about(self, arm_m: Array) -> Breakaways:
-        """The same runs on a plate whose true pivot has the arm `arm_m` (3,), m in P, to the configured one."""
+        """Returns the same runs on a plate whose true pivot has the arm `arm_m` (3,), m in P, to the configured one."""
         runs = [run.turning_about(arm_m) for run in self.runs]
         expected = [_expected(run, row) for run, row in zip(runs, self.tried_s, strict=True)]
         return replace(self, runs=runs, rows=_rows(runs, self.rows.sigma_m), log_expected=np.log(np.array(expected)))
 
     def loaded(self, arm_m: Array) -> Breakaways:
-        """The same for the arm `arm_m` (3,), m in P, with the moments' prior as it is.
+        """Returns the same for the arm `arm_m` (3,), m in P, with the moments' prior as it is.
 
         An arm that is close by hardly changes it, and it is slow.
         """
@@ -192,30 +192,33 @@ class Breakaways:
         return np.moveaxis(np.array(even), 1, -1)
 
     def log_likelihoods(self, law: Falling) -> Array:
-        """Log likelihood (r, k) of each moment, with the log prior of the friction that it implies."""
+        """Returns the log likelihood (r, k) of each moment, with the log prior of the friction that it implies."""
         return log_likelihoods(self.tried_s, self.rows, law.of_runs(len(self.runs))) + self.log_expected
 
     def chances(self, law: Falling) -> Array:
-        """Probability (r, k) of each moment; those of a run sum to 1."""
+        """Returns the probability (r, k) of each moment; those of a run sum to 1."""
         log = self.log_likelihoods(law)
         chance = np.exp(log - log.max(axis=1, keepdims=True))
         return chance / chance.sum(axis=1, keepdims=True)
 
     def log_likelihood(self, law: Falling) -> float:
-        """The session's log likelihood, the moments integrated out; a run that no law fits counts as an outlier."""
+        """Returns the session's log likelihood, the moments integrated out.
+
+        A run that no law fits counts as an outlier.
+        """
         return float(self.of_runs(law).sum())
 
     def of_runs(self, law: Falling) -> Array:
-        """The log likelihood (r,) of each run, see `log_likelihood`."""
+        """Returns the log likelihood (r,) of each run, see `log_likelihood`."""
         return self._of_runs(self.log_likelihoods(law))
 
     def _of_runs(self, log: Array) -> Array:
-        """The log likelihood (r,) of each run, from that of its moments (r, k)."""
+        """Returns the log likelihood (r,) of each run, from that of its moments (r, k)."""
         floor = -self.rows.count * (0.5 + np.log(self.rows.sigma_m)) - OUTLIER
         return np.logaddexp(np.logaddexp.reduce(log, axis=1), floor)
 
     def sloped(self, law: Falling, along: Along) -> Sloped:
-        """The log likelihood with its slopes by q + 2 numbers; see `breakaway_slopes`.
+        """Returns the log likelihood with its slopes by q + 2 numbers; see `breakaway_slopes`.
 
         The moment of slip, and whether a run is an outlier, are missing data: from the information of the complete data
         the variance of their slopes is subtracted (Louis 1982, J. R. Stat. Soc. B 44, 226, eq. 3.2).
@@ -244,18 +247,18 @@ def _rows(runs: Sequence[Early], sigma_m: Array) -> Rows:
 
 
 def _even(runs: Sequence[Early], values: Sequence[Array]) -> Array:
-    """Values on the runs' own grids (m,), at steps of STEP_S, padded: (r, n)."""
+    """Returns values on the runs' own grids (m,), at steps of STEP_S, padded: (r, n)."""
     grids = [np.arange(run.grid_s[0], run.grid_s[-1], STEP_S) for run in runs]
     return _padded([np.interp(grid, run.grid_s, each) for grid, run, each in zip(grids, runs, values, strict=True)])
 
 
 def _padded(rows: Sequence[Array]) -> Array:
-    """Rows of unequal lengths as (r, m), each continued by its last value."""
+    """Returns rows of unequal lengths as (r, m), each continued by its last value."""
     longest = max(len(row) for row in rows)
     return np.array([np.concatenate([row, np.full(longest - len(row), row[-1])]) for row in rows])
 
 
 def _expected(run: Early, tried_s: Array) -> Array:
-    """The relative range of friction that each moment (k,) stands for: almost none while the plate holds."""
+    """Returns the relative range of friction that each moment (k,) stands for: almost none while the plate holds."""
     trace = TRACE * max(float(run.rise.max()), 1e-6)
     return (np.interp(tried_s, run.grid_s, run.rise) + trace) * float(tried_s[1] - tried_s[0])

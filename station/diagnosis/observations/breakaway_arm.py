@@ -38,7 +38,7 @@ AXES = np.eye(3)
 
 
 def likeliest_arm(paths: Breakaways, law: Law) -> Array:
-    """The arm (3,), m, from the plate's true pivot to the configured one; `law` fits best without an arm.
+    """Returns the arm (3,), m, from the plate's true pivot to the configured one; `law` fits best without an arm.
 
     It is 0 unless the paths gain by each of its numbers as much as a number of a law has to bring, beside that law or
     without any: what an arm does was put down to the law.
@@ -53,14 +53,14 @@ def likeliest_arm(paths: Breakaways, law: Law) -> Array:
 
 
 def _begun(paths: Breakaways) -> Array:
-    """The likeliest of the arms at which the search may begin."""
+    """Returns the likeliest of the arms at which the search may begin."""
     near = paths.softened(SOFTENED[1])
     arms = [np.array([0.0, 0.0, side * height]) for height in (0.0, *HEIGHTS_M) for side in (1.0, -1.0)]
     return max(arms, key=lambda arm_m: near.loaded(arm_m).log_likelihood(PLAIN))
 
 
 def _followed(paths: Breakaways, law: Law, arm_m: Array) -> Array:
-    """The likeliest arm near another; the moments that are tried follow it until it no longer moves."""
+    """Returns the likeliest arm near another; the moments that are tried follow it until it no longer moves."""
     for _ in range(FOLLOWED):
         before, arm_m = arm_m, _climbed(paths, law, arm_m, 1.0)
         if np.abs(arm_m - before).max() < STILL_M:
@@ -69,7 +69,7 @@ def _followed(paths: Breakaways, law: Law, arm_m: Array) -> Array:
 
 
 def _gain(paths: Breakaways, law: Law, arm_m: Array, beside: Law) -> float:
-    """The gain in log likelihood by an arm beside a law, over another law alone.
+    """Returns the gain in log likelihood by an arm beside a law, over another law alone.
 
     It is no more than its scatter from run to run lets it be worth.
 
@@ -87,7 +87,7 @@ def _near(paths: Breakaways, law: Law, arm_m: Array, times: float = 1.0) -> Brea
 
 
 def _climbed(paths: Breakaways, law: Law, arm_m: Array, times: float) -> Array:
-    """The likeliest arm (3,), m, that is reached from another, with `times` the noise."""
+    """Returns the likeliest arm (3,), m, that is reached from another, with `times` the noise."""
     near, effort = _near(paths, law, arm_m, times), BRIEF if times > 1.0 else THOROUGH
 
     def value(inner: Array) -> float:

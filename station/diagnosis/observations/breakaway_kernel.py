@@ -44,7 +44,7 @@ class Shot(NamedTuple):
 
 @compiled
 def room(moments: int, numbers: int, frames: int) -> Any:
-    """Room for a `Shot`."""
+    """Makes room for a `Shot`."""
     rows = numbers + 1
     return Shot(
         np.zeros((moments, rows, frames)), np.zeros((moments, rows, frames)),
@@ -179,7 +179,7 @@ def _look(time: float, steps: Any, m: int, ways: Any, bends: Any, frame: int) ->
 
 @compiled
 def _slowed(held: Any, slowing: Any, at: int, holds: float, rest: float) -> tuple[float, float, float]:
-    """The acceleration (m/s²) by friction and drag within one interval of the tables, its slope and its curvature."""
+    """Gives the acceleration (m/s²) by friction and drag in one interval of the tables, its slope and its curvature."""
     c0, c1 = holds * held[at, 0] + slowing[at, 0], holds * held[at, 1] + slowing[at, 1]
     c2, c3 = holds * held[at, 2] + slowing[at, 2], holds * held[at, 3] + slowing[at, 3]
     steep = c1 + rest * (2.0 * c2 + 3.0 * rest * c3)

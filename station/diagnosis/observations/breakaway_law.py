@@ -70,7 +70,9 @@ SUDDEN, GENTLE = ("drop", *COMMON), ("fall", "fall_speed_m_s", *COMMON)
 
 
 def session_law(paths: Breakaways, *, drag_per_s: float) -> Law:
-    """The likeliest law of a session's slides, penalised by GAIN for each number; `drag_per_s` is the first look's.
+    """Returns the likeliest law of a session's slides, penalised by GAIN for each number.
+
+    `drag_per_s` is the first look's.
 
     The search starts near that drag: far from it no path is likelier than another.
     """
@@ -92,7 +94,7 @@ def session_law(paths: Breakaways, *, drag_per_s: float) -> Law:
 
 
 def _gentle(paths: Breakaways, none: Law, drop: float, shape: int) -> _Found:
-    """The likeliest fall or rise of a shape, from the best of several starts."""
+    """Returns the likeliest fall or rise of a shape, from the best of several starts."""
     falls = (0.3 * drop + 0.01, -0.01) if shape == LOGARITHM else (drop + 0.02, -0.02)
     starts = [replace(none, fall=fall, fall_speed_m_s=speed, shape=shape) for fall in falls for speed in STARTS_M_S]
     tried = [_fitted(_near(paths, start, ROUGHLY), start, GENTLE, BRIEF) for start in starts]
@@ -105,7 +107,7 @@ def _dropping(law: Law, drop: float) -> list[Law]:
 
 
 def _with_drop(paths: Breakaways, starts: Sequence[Law]) -> _Found:
-    """The likeliest law with a drop beside a gentle fall, from the best of several starts."""
+    """Returns the likeliest law with a drop beside a gentle fall, from the best of several starts."""
     free = (*GENTLE, "drop")
     tried = [_fitted(_near(paths, start, ROUGHLY), start, free, BRIEF) for start in starts]
     return _fitted_near(paths, max(tried, key=_worth).law, free, BRIEF)
@@ -116,7 +118,7 @@ def _near(paths: Breakaways, law: Law, times: float = 1.0) -> Breakaways:
 
 
 def _fitted_near(paths: Breakaways, law: Law, free: Sequence[str], effort: Effort) -> _Found:
-    """The likeliest law near another; the moments that are tried follow it until it no longer moves."""
+    """Returns the likeliest law near another; the moments that are tried follow it until it no longer moves."""
     found = _fitted(_near(paths, law), law, free, effort)
     for _ in range(FOLLOWED):
         near = _near(paths, found.law)
@@ -127,7 +129,7 @@ def _fitted_near(paths: Breakaways, law: Law, free: Sequence[str], effort: Effor
 
 
 def _chosen_by_many(paths: Breakaways, found: Sequence[_Found]) -> _Found:
-    """The law that MANY runs prefer after a brief search, among those that a FEW runs find about as likely as any.
+    """Returns the law that MANY runs prefer after a brief search, of those that a FEW runs find about as likely as any.
 
     Laws that remain close to each other put the slips at the same moments: one that was 36 less likely moved 382 slips
     by 0.05 of their standard errors on average.
@@ -140,7 +142,7 @@ def _chosen_by_many(paths: Breakaways, found: Sequence[_Found]) -> _Found:
 
 
 def _worth(found: _Found) -> float:
-    """The log likelihood less the penalty for the law's numbers."""
+    """Returns the log likelihood less the penalty for the law's numbers."""
     return found.value - GAIN * len(found.free)
 
 
@@ -152,7 +154,7 @@ class _Found:
 
 
 def _led(paths: Breakaways, start: Law, free: Sequence[str], softened: Sequence[float] = SOFTENED) -> _Found:
-    """The likeliest law that differs from `start` in the `free` numbers, sought from afar."""
+    """Returns the likeliest law that differs from `start` in the `free` numbers, sought from afar."""
     found = _Found(start, -math.inf, free)
     for times in softened:
         near = paths.softened(times) if times > NARROW else _near(paths, found.law, times)

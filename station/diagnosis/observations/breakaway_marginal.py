@@ -18,7 +18,7 @@ moment of slip that is no number would be looked up beyond the tables."""
 
 
 def log_likelihoods(tried: Array, rows: Any, laws: Laws) -> Array:
-    """The log likelihood (r, k) of each moment `tried` (r, k), s, without place (flat prior), creep and D."""
+    """Returns the log likelihood (r, k) of each moment `tried` (r, k), s, without place (flat prior), creep and D."""
     out = np.empty(tried.shape)
     _fill(tried, rows, laws, Along.nothing(laws), out)
     return out
@@ -52,7 +52,7 @@ def columns(rows: Any, run: int, begin: int, laws: Any, left: Any, slope: Any, c
 
 @compiled
 def marginal(value: Any, one: Any, two: Any, size: int) -> float:
-    """Log likelihood of values (n,): a level, standard Gaussians times columns `one` and `two`, and unit noise.
+    """Returns the log likelihood of values (n,): a level, Gaussians times columns `one` and `two`, and unit noise.
 
     It is UNLIKELY where the columns are too large for it.
     """

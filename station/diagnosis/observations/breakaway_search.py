@@ -40,7 +40,7 @@ class Sloped:
     observed: Array
 
     def of(self, indices: Times, units: Array) -> Sloped:
-        """The same by the numbers with these indices (f,), in these units (f,)."""
+        """Returns the same by the numbers with these indices (f,), in these units (f,)."""
         both, square = np.ix_(indices, indices), np.outer(units, units)
         return Sloped(
             self.value, self.slope[indices] * units, self.complete[both] * square, self.observed[both] * square
@@ -48,7 +48,7 @@ class Sloped:
 
 
 def climbed(at: Callable[[Array], Sloped], begin: Array, bounds: Array, effort: Effort) -> tuple[Array, float]:
-    """The likeliest numbers (p,) within `bounds` (p, 2) that are reached from `begin` (p,), and their log likelihood.
+    """Returns the likeliest numbers (p,) within `bounds` (p, 2) reached from `begin` (p,), and their log likelihood.
 
     Each number is in its own unit.
     """
@@ -70,7 +70,7 @@ def climbed(at: Callable[[Array], Sloped], begin: Array, bounds: Array, effort: 
 def _within(
     found: Sloped, here: Array, bounds: tuple[Array, Array], damping: float, least: float
 ) -> tuple[Array, float, float]:
-    """The end (p,) of the next step, the gain that its slopes promise, and the damping with which it promises `least`.
+    """Returns the end (p,) of the next step, its slopes' promised gain, and the damping with which it promises `least`.
 
     A step that is cut off at a bound, or where it reaches too far, may lead down. The more it is damped, the more it is
     the slope's own, each number by itself, which leads up however much of it is cut off.
@@ -88,7 +88,7 @@ def _within(
 
 
 def _step(found: Sloped, free: Bools, damping: float) -> Array:
-    """The step of the free numbers (f,) to the maximum of the damped quadratic.
+    """Returns the step of the free numbers (f,) to the maximum of the damped quadratic.
 
     Directions in which the likelihood is convex are climbed as if they were as concave (Dauphin et al. 2014, NeurIPS).
     """

@@ -40,7 +40,7 @@ class Sloped(NamedTuple):
 
 
 def sloped(tried: Array, rows: Any, laws: Any, along: Along) -> Sloped:
-    """The log likelihood of each moment `tried` (r, k), s, with its slopes by the law's numbers."""
+    """Returns the log likelihood of each moment `tried` (r, k), s, with its slopes by the law's numbers."""
     size = len(along.held) + 2
     found = Sloped(np.empty(tried.shape), np.zeros((*tried.shape, size)), np.zeros((*tried.shape, size, size)))
     _fill(tried, rows, laws, along, found)

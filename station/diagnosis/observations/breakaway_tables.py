@@ -36,13 +36,13 @@ class Along(NamedTuple):
 
     @classmethod
     def nothing(cls, laws: Laws) -> Along:
-        """The slopes by no number."""
+        """Returns the slopes by no number."""
         none = np.zeros((0, *laws.held.shape))
         return cls(none, none)
 
 
 def cubics(table: Array) -> Array:
-    """The cubics (…, COUNT - 1, 4) through a table, by powers of the speed beyond their interval's lower end.
+    """Returns the cubics (…, COUNT - 1, 4) through a table, by powers of the speed beyond their interval's lower end.
 
     `table` (…, n) has the values at the n = COUNT speeds SPEEDS_M_S, in a unit of its own. The cubics' slopes are
     continuous (Fritsch & Carlson 1980, SIAM J. Numer. Anal. 17, 238, eq. 1). A path's slope by D follows the law's own

@@ -55,7 +55,7 @@ class Recorded:
 
 
 def evidence_of(signals: Signals, setting: Setting, rig_offsets: RigOffsets = UNKNOWN_OFFSETS) -> Evidence:
-    """The evidence of a session; `notes` has one sentence for each thing that it lacks.
+    """Returns the evidence of a session; `notes` has one sentence for each thing that it lacks.
 
     A slip's moment is read from path and load together, with the stamps and the loads of `rig_offsets`. Models have
     their own delays and pivots; one with these finds the slips as it would have read them itself.
@@ -83,7 +83,7 @@ def evidence_of(signals: Signals, setting: Setting, rig_offsets: RigOffsets = UN
 
 
 def _paths(read: Reread, onsets: Onsets | None) -> Paths | None:
-    """The first paths of the runs whose onsets were re-estimated and are known; None without any."""
+    """Returns the first paths of the runs whose onsets were re-estimated and are known; None without any."""
     if read.paths is None or onsets is None:
         return None
     row = {int(run): row for row, run in enumerate(onsets.rows.run)}
@@ -104,7 +104,7 @@ def _notes(recorded: Recorded) -> list[str]:
 
 
 def facts_of(samples: Sequence[Sample], setting: Setting) -> RunFacts:
-    """The facts of each run; run numbers count from 0 at the first, unknown masses and areas are nominal."""
+    """Returns the facts of each run; run numbers count from 0 at the first, unknown masses and areas are nominal."""
 
     def column(value: Callable[[Sample], float]) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
         return np.array([value(sample) for sample in samples], dtype=np.float64)
@@ -123,5 +123,5 @@ def facts_of(samples: Sequence[Sample], setting: Setting) -> RunFacts:
 
 
 def _rest_ns(sample: Sample) -> int:
-    """The time at which the block came to rest, or else that at which its run began."""
+    """Returns the time at which the block came to rest, or else that at which its run began."""
     return sample.rest_ns or sample.start_ns

@@ -39,7 +39,7 @@ class Rows:
         return len(self.run)
 
     def chosen(self, rows: Times | Bools) -> Rows:
-        """The rows with these indices or under this mask."""
+        """Returns the rows with these indices or under this mask."""
         columns = {one.name: getattr(self, one.name) for one in fields(self)}
         covariates = columns.pop("covariates")
         picked = {name: values[rows] for name, values in columns.items()}
@@ -80,10 +80,13 @@ class Channel(ABC):
 
     @abstractmethod
     def residual(self, model: Model) -> Array:
-        """Recorded minus predicted (n,), in `unit`."""
+        """Returns recorded minus predicted (n,), in `unit`."""
 
     def off(self, model: Model) -> Array:
-        """The residual (n,) less what its run's other channels share of it: its common level is the channel's own."""
+        """Returns the residual (n,) less what its run's other channels share of it.
+
+        Its common level is the channel's own.
+        """
         return self.residual(model)
 
     def near(self, model: Model | None) -> None:  # noqa: B027  # most channels have nothing to keep
@@ -103,7 +106,7 @@ class Channel(ABC):
         return ACTING[self.name.partition(":")[0]]
 
     def changed_by(self, effect: Effect) -> bool:
-        """True if an effect changes the channel at all, even if it changes another channel far more."""
+        """Returns true if an effect changes the channel at all, even if it changes another channel far more."""
         return bool(self.hooks & effect.acts_through())
 
 
@@ -117,7 +120,7 @@ CONTACT_HOOKS = frozenset({"friction", "push", "attitude", "delay_s"})
 ACTING = {
     ONSET: CONTACT_HOOKS | {"shaking"},
     ALONG: CONTACT_HOOKS,
-    ACROSS: CONTACT_HOOKS | {"lead"},
+    ACROSS: CONTACT_HOOKS | {"lead", "lever"},
     "turn": frozenset({"spin", "lever", "lead"}),
     REST: frozenset({"seen", "creep"}),
     "plate": frozenset({"seen"}),

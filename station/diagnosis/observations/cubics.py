@@ -26,7 +26,7 @@ class Cubics:
     slopes: Callable[[Indices], Array]
 
     def __call__(self, seconds: Array) -> Array:
-        """The values (m, k) at times (m,); beyond the ends the outermost cubics go on."""
+        """Returns the values (m, k) at times (m,); beyond the ends the outermost cubics go on."""
         index, step, along = self._within(seconds)
         back = 1.0 - along
         ends = (
@@ -36,20 +36,20 @@ class Cubics:
         return ends + step * along * back * (back * self.slopes(index) - along * self.slopes(index + 1))
 
     def slope(self, seconds: Array) -> Array:
-        """The slopes (m, k), by the second, at times `seconds` (m,), s."""
+        """Returns the slopes (m, k), by the second, at times `seconds` (m,), s."""
         index, step, along = self._within(seconds)
         rise = (self.values[index + 1] - self.values[index]) / step
         first, last = self.slopes(index), self.slopes(index + 1)
         return first + along * (2.0 * (3.0 * rise - 2.0 * first - last) + along * 3.0 * (first + last - 2.0 * rise))
 
     def bends(self) -> Array:
-        """The second derivatives (n - 1, k) where each cubic begins."""
+        """Returns the second derivatives (n - 1, k) where each cubic begins."""
         step = np.diff(self.time_s)[:, None]
         rise = np.diff(self.values, axis=0) / step
         return 2.0 * (3.0 * rise - 2.0 * self.slopes(slice(None, -1)) - self.slopes(slice(1, None))) / step
 
     def _within(self, seconds: Array) -> tuple[NDArray[np.int64], Array, Array]:
-        """The cubic (m,) in which each time lies, its length (m, 1), and the share of it (m, 1) that has gone."""
+        """Gives the cubic (m,) in which each time lies, its length (m, 1), and the share of it (m, 1) that has gone."""
         index = np.clip(np.searchsorted(self.time_s, seconds, side="right") - 1, 0, len(self.time_s) - 2)
         step = (self.time_s[index + 1] - self.time_s[index])[:, None]
         return index, step, (seconds - self.time_s[index])[:, None] / step

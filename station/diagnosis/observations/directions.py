@@ -46,13 +46,19 @@ class ExpectedDirections:
 
 
 def expected_directions(
-    off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array], run: Times
+    off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array], run: Times, *, turning: Array | None = None
 ) -> ExpectedDirections:
-    """The expectation of deviations from the steepest line, for slides at angles (n, 3) each, rad.
+    """Returns the expectation of deviations from the steepest line, for slides at angles (n, 3) each, rad.
 
-    `off_rad` (n, 3), rad, are the deviations as measured, with standard errors `sigma_rad` (n,), rad, which the rows of
-    a `run` (n,) have in common. The angles are those on which a law may depend: down the slope in the plate, from the
-    plate's texture, in the block.
+    The angles are those on which a law may depend: down the slope in the plate, from the plate's texture, in the block.
+    A turning block is carried aside as well (`station.physics.sole`).
+
+    Args:
+        off_rad: (n, 3) the deviations as measured, rad.
+        sigma_rad: (n,) their standard errors, which the rows of a run have in common, rad.
+        angles_rad: the angles, each (n, 3), on which a law may depend, rad.
+        run: (n,) the run of each slide.
+        turning: (n, 3) by how far the blocks turn on the width of their sole, rad; None if that is not known.
     """
     if len(off_rad) == 0:
         return ExpectedDirections(off_rad, sigma_rad, off_rad)
@@ -61,24 +67,27 @@ def expected_directions(
     clipped, common = np.clip(off_rad, -most, most), np.zeros_like(off_rad)
     own = true_variance(off_rad[:, 1], sigma)
     for _ in range(ROUNDS):
-        common = _common(clipped, np.sqrt(sigma**2 + own), angles_rad, run)
+        common = _common(clipped, np.sqrt(sigma**2 + own), angles_rad, run, turning)
         own = true_variance((off_rad - common)[:, 1], sigma)
     left = off_rad - common
     trust = own / (own + sigma**2)
     return ExpectedDirections(common + trust[:, None] * left, np.sqrt(trust) * sigma, common)
 
 
-def _common(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array], run: Times) -> Array:
-    """The part (n, 3) of the deviations that harmonics of the angles explain; each angle and order is a group."""
+def _common(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array], run: Times, turning: Array | None) -> Array:
+    """Gives the part (n, 3) of the deviations that harmonics of the angles explain; each angle and order is a group."""
     waves = [function(k * angle.ravel()) for angle in angles_rad for k in HARMONICS for function in (np.cos, np.sin)]
+    groups = np.r_[0, 1 + np.arange(len(waves)) // 2]
+    if turning is not None:
+        waves, groups = [*waves, turning.ravel()], np.r_[groups, 1 + len(waves) // 2]
     design = np.column_stack([np.ones(off_rad.size), *waves])
     rows = np.bincount(run)[run] * off_rad.shape[1]
     weight = np.repeat(1.0 / (rows * sigma_rad**2), off_rad.shape[1])
-    found = relevant(design, off_rad.ravel(), weight, np.r_[0, 1 + np.arange(len(waves)) // 2])
+    found = relevant(design, off_rad.ravel(), weight, groups)
     return (design @ found).reshape(off_rad.shape)
 
 
 def true_variance(left: Array, sigma: Array) -> float:
-    """The variance of true values about zero, from measured ones `left` (n,) less that of their errors `sigma` (n,)."""
+    """Returns the variance of true values about zero, from measured ones `left` (n,) with errors `sigma` (n,)."""
     squared = np.minimum(left**2, float(np.quantile(left**2, FAR)))
     return max(float(np.average(squared / KEPT - sigma**2, weights=sigma**-4.0)), 0.0)

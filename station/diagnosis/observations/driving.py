@@ -19,17 +19,23 @@ from station.physics.turning import turned_push
 
 
 def driving(plate: Attitude, place_m: Array, velocity_m_s: Array) -> Array:
-    """Acceleration (n, 3), m/s² in P, without the contact.
+    """Returns the acceleration (n, 3), m/s² in P, without the contact.
 
-    The blocks are at `place_m` (n, 2), m, with the velocities `velocity_m_s` (n, 2), m/s, in P.
+    Args:
+        plate: the plate's attitude and motion at the same n moments.
+        place_m: (n, 2) the blocks' places in P, m.
+        velocity_m_s: (n, 2) their velocities in P, m/s.
     """
     return GRAVITY_M_S2 * plate.gravity + fictitious(plate, place_m, velocity_m_s)
 
 
 def fictitious(plate: Attitude, place_m: Array, velocity_m_s: Array) -> Array:
-    """The part of `driving` that the plate's own motion causes (n, 3), m/s² in P; 0 on a plate at rest.
+    """Returns the part of `driving` that the plate's own motion causes (n, 3), m/s² in P; 0 on a plate at rest.
 
-    The blocks are at `place_m` (n, 2), m, with the velocities `velocity_m_s` (n, 2), m/s, in P.
+    Args:
+        plate: the plate's attitude and motion at the same n moments.
+        place_m: (n, 2) the blocks' places in P, m.
+        velocity_m_s: (n, 2) their velocities in P, m/s.
     """
     rate, position, velocity = plate.rate_rad_s, _flat(place_m), _flat(velocity_m_s)
     turned = turned_push(plate.acceleration_rad_s2, rate, position)
@@ -37,5 +43,5 @@ def fictitious(plate: Attitude, place_m: Array, velocity_m_s: Array) -> Array:
 
 
 def _flat(vectors: Array) -> Array:
-    """Vectors (n, 2) in the plate as vectors (n, 3)."""
+    """Returns vectors (n, 2) in the plate as vectors (n, 3)."""
     return np.column_stack([vectors, np.zeros(len(vectors))])

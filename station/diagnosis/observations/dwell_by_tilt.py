@@ -30,23 +30,23 @@ class DwellByTilt:
     typical_rad: float
 
     def at(self, tilt_rad: Array | float) -> Array:
-        """Seconds (r,) when each run's plate has the tilt `tilt_rad`, (r,) or one for all."""
+        """Returns seconds (r,) when each run's plate has the tilt `tilt_rad`, (r,) or one for all."""
         position = np.clip(np.asarray(tilt_rad) / GRID_RAD[1], 0.0, len(GRID_RAD) - 1.001)
         below = np.broadcast_to(position.astype(np.int64), len(self.seconds))
         share, run = position - below, np.arange(len(self.seconds))
         return (1.0 - share) * self.seconds[run, below] + share * self.seconds[run, below + 1]
 
     def typical(self) -> Array:
-        """Seconds (r,) at the session's typical onset."""
+        """Returns seconds (r,) at the session's typical onset."""
         return self.at(self.typical_rad)
 
     def of(self, runs: Sequence[int]) -> DwellByTilt:
-        """The rows of the chosen runs."""
+        """Returns the rows of the chosen runs."""
         return DwellByTilt(self.seconds[list(runs)], self.typical_rad)
 
 
 def dwell_by_tilt(tracks: Sequence[RunTrack], rest_ns: Times, plate: PlateMotion) -> DwellByTilt:
-    """Each run's dwell by tilt, from when its block came to rest; a run that slid is extrapolated at its pace.
+    """Returns each run's dwell by tilt, from when its block came to rest; a run that slid is extrapolated at its pace.
 
     `rest_ns` (r,), ns, is when each run's block came to rest.
     """
@@ -71,14 +71,14 @@ class _Ramp:
         self.pace = self._pace(plate.steps_between(track.tilt_ns, until), plate)
 
     def _pace(self, steps_ns: Times, plate: PlateMotion) -> float | None:
-        """The run's mean rate over whole steps relative to its fastest; None if it made too few."""
+        """Returns the run's mean rate over whole steps relative to its fastest; None if it made too few."""
         if len(steps_ns) < STEPS_KNOWN + 1:
             return None
         first, last = plate.at(steps_ns[[1, -1]]).tilt_rad
         return float(last - first) / max(float(steps_ns[-1] - steps_ns[1]) * 1e-9, 1e-3) / self.fastest
 
     def seconds(self, rest_ns: int, pace: float | None) -> Array:
-        """Seconds at rest (g,) at the grid's tilts; `pace` is the session's, for a run that has none."""
+        """Returns seconds at rest (g,) at the grid's tilts; `pace` is the session's, for a run that has none."""
         seconds = (self.time_ns - rest_ns) * 1e-9
         reached = np.searchsorted(self.tilt_rad, GRID_RAD)
         known = seconds[np.minimum(reached, POINTS - 1)]

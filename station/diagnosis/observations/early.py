@@ -50,7 +50,7 @@ class Early:
     swing: Swing | None = None
 
     def turning_about(self, arm_m: Array) -> Early:
-        """The same run on a plate whose true pivot has the arm `arm_m` (3,), m in P, to the configured one."""
+        """Returns the same run on a plate whose true pivot has the arm `arm_m` (3,), m in P, to the configured one."""
         if self.swing is None:
             return self
         pull, press = self.swing.loads(arm_m)
@@ -63,12 +63,12 @@ class Early:
         return np.gradient(np.log(np.maximum(np.tan(risen), 1e-3)), self.grid_s)
 
     def at(self, values: Array, time_s: float) -> float:
-        """The interpolated value of grid values (m,) at a time."""
+        """Returns the interpolated value of grid values (m,) at a time."""
         return float(np.interp(time_s, self.grid_s, values))
 
 
 def early(track: RunTrack, plate: PlateMotion, setting: Setting) -> Early | None:
-    """The first millimetres of a run; None if it did not slide, or not far enough before it came to the foam.
+    """Returns the first millimetres of a run; None if it did not slide, or not far enough before it came to the foam.
 
     An onset that is exact needs none, and of one that could not be fitted none is known.
     """
@@ -94,7 +94,7 @@ def early(track: RunTrack, plate: PlateMotion, setting: Setting) -> Early | None
 
 
 def _sag(track: RunTrack, plate: PlateMotion, time_ns: Times, resting_m: Array, way: Array) -> Array:
-    """The apparent motion (n,), m, with the tilt (picture or soft sole), from level to now, relative to now."""
+    """Returns the apparent motion (n,), m, with the tilt (picture or soft sole), from level to now, relative to now."""
     level = track.pose[track.frames(track.level_ns, track.tilt_ns), :2]
     if not len(level):
         return np.zeros(len(time_ns))
@@ -130,7 +130,7 @@ def _loaded(track: RunTrack, plate: PlateMotion, course: tuple[Times, Array], wa
 
 
 def _speed(time_s: Array, path_m: Array, grid_s: Array) -> Array:
-    """The block's approximate speed (m,) on the grid, from the slope of a cubic."""
+    """Returns the block's approximate speed (m,) on the grid, from the slope of a cubic."""
     sliding = time_s >= 0.0
     slope = np.polyder(np.polyfit(time_s[sliding], path_m[sliding], 3))
     return np.where(grid_s > 0.0, np.maximum(np.polyval(slope, grid_s), 0.0), 0.0)

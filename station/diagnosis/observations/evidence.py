@@ -52,7 +52,7 @@ class Evidence:
     left_out: Mapping[str, int] = field(default_factory=dict[str, int])
 
     def channel(self, name: str) -> Channel | None:
-        """The channel of that name, or None."""
+        """Returns the channel of that name, or None."""
         return next((channel for channel in self.channels if channel.name == name), None)
 
     @property
@@ -81,11 +81,11 @@ class Evidence:
         return np.ones(self.runs, dtype=np.bool_) if self.held_out is None else ~self.held_out
 
     def is_record(self, channel: Channel) -> bool:
-        """True if a channel's rows are windows of continuous records, each the mean of many readings."""
+        """Returns true if a channel's rows are windows of continuous records, each the mean of many readings."""
         return self.group is not None and channel.travelled_m is not None
 
     def known(self, channel: Channel) -> Bools:
-        """The rows (n,) of a channel that tell its noise, as a mask.
+        """Returns the rows (n,) of a channel that tell its noise, as a mask.
 
         Their runs count, and their residuals are values, not limits, that nothing but the measurement leads astray.
         """
@@ -109,16 +109,16 @@ class Evidence:
         return first[of]
 
     def contact(self) -> Contact | None:
-        """The recorded contacts of the onsets, or else of the slides; None without either."""
+        """Returns the recorded contacts of the onsets, or else of the slides; None without either."""
         return next((one.contact for one in (self.onsets, self.slides) if one is not None), None)
 
     def used(self) -> int:
-        """The number of counted runs with at least one row of friction."""
+        """Returns the number of counted runs with at least one row of friction."""
         rows = [channel.rows.run for channel in self.channels if channel.shares_friction]
         return int(self.counted[np.unique(np.concatenate(rows))].sum()) if rows else 0
 
     def without(self, runs: Bools) -> Evidence:
-        """The same rows with the masked runs (r,) held out, also from the blocks' first paths."""
+        """Returns the same rows with the masked runs (r,) held out, also from the blocks' first paths."""
         kept = self.counted & ~runs
         paths = None if self.paths is None else self.paths.of_runs(self.facts.number[kept])
         return replace(self, held_out=~kept, paths=paths)

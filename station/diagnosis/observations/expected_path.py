@@ -16,7 +16,7 @@ from station.physics.contact import Array, unit
 
 
 def expected_path(windows: Windows, plain: Load) -> tuple[Array, Array]:
-    """The places (3 n, 2), m, and velocities (3 n, 2), m/s, of the windows' nodes in P.
+    """Returns the places (3 n, 2), m, and velocities (3 n, 2), m/s, of the windows' nodes in P.
 
     Each of the `windows` (n,) goes on from its place and speed at the middle, which are independent of its
     acceleration's noise, in the direction of the `plain` loads' contact (3 n,), with the acceleration that they make at
@@ -33,7 +33,7 @@ def expected_path(windows: Windows, plain: Load) -> tuple[Array, Array]:
 
 
 def _along(windows: Windows, plain: Load, way: Array) -> Array:
-    """The acceleration (n,), m/s², that the windows' loads make in their directions (n, 2) at their median friction."""
+    """Gives the acceleration (n,), m/s², by the windows' loads in their directions (n, 2) at their median friction."""
     pull = np.einsum("ijk,j,ik->i", plain.tangential.reshape(len(windows), -1, 2), WEIGHTS, way)
     normal = plain.normal.reshape(len(windows), -1) @ WEIGHTS
     friction = float(np.median((pull - (windows["acceleration_m_s2"] * way).sum(axis=1)) / normal))

@@ -37,7 +37,7 @@ class Look:
 
 
 def first_look(run: Early) -> Look | None:
-    """The first estimate of a run's slip; None if nothing fits."""
+    """Returns the first estimate of a run's slip; None if nothing fits."""
     paths = _Paths(run)
     near = np.linspace(-BEFORE_S, AFTER_S, COARSE)
     near = near[(near > run.time_s[0]) & (near < run.time_s[-LEAST_FRAMES])]
@@ -56,13 +56,16 @@ class _Paths:
         self._twice = [self._integrated(values) for values in (run.pull, run.press)]
 
     def _integrated(self, values: Array) -> tuple[Array, Array, Array]:
-        """The integral and the double integral on the grid (m,), and the latter at the frames (n,)."""
+        """Returns the integral and the double integral on the grid (m,), and the latter at the frames (n,)."""
         once = np.concatenate([[0.0], np.cumsum(0.5 * GRID_S * (values[1:] + values[:-1]))])
         twice = np.concatenate([[0.0], np.cumsum(0.5 * GRID_S * (once[1:] + once[:-1]))])
         return once, twice, np.interp(self.run.time_s, self.run.grid_s, twice)
 
     def best(self, tried: Array) -> tuple[float, float] | None:
-        """The likeliest of times (k,) at which the block is pulled forwards, with its slide's mu; None without any."""
+        """Returns the likeliest of times (k,) at which the block is pulled forwards, with its slide's mu.
+
+        It is None without any.
+        """
         best: tuple[float, float, float] | None = None
         for t0 in tried.tolist():
             chi2, solved, _ = self.fit(t0)
@@ -72,7 +75,7 @@ class _Paths:
         return None if best is None else best[1:]
 
     def fit(self, t0: float, *, late: bool = False) -> tuple[float, Array, Array]:
-        """χ² of a slide from t0, its numbers (mu, k, c, and with `late` the lacking speed) and their covariance."""
+        """Returns χ² of a slide from t0, its numbers (mu, k, c, with `late` the lacking speed) and their covariance."""
         run = self.run
         since = np.maximum(run.time_s - t0, 0.0)
         drive, drag = (self._since(part, t0, since) for part in self._twice)
@@ -89,13 +92,13 @@ class _Paths:
         return float(left @ left + solved[1] ** 2), solved, inverse
 
     def _since(self, part: tuple[Array, Array, Array], t0: float, since: Array) -> Array:
-        """The double integral (n,) from t0 to each frame."""
+        """Returns the double integral (n,) from t0 to each frame."""
         once, twice, at_frames = part
         return np.where(since > 0, at_frames - self.run.at(twice, t0) - since * self.run.at(once, t0), 0.0)
 
 
 def _read(paths: _Paths, t0: float, mu: float) -> Look:
-    """The estimate of a slide, with the time at which the lacking speed V would be reached.
+    """Returns the estimate of a slide, with the time at which the lacking speed V would be reached.
 
     For a negative V that time lies before t_k; to clip V at 0 would delay it.
     """

@@ -49,7 +49,7 @@ FIXED = np.dtype(
 
 
 def rest_channel(recorded: Recorded) -> Sequence[Channel]:
-    """The block's apparent motion before the onset, for runs in which the foam does not hold it."""
+    """Returns the block's apparent motion before the onset, for runs in which the foam does not hold it."""
     found = [pair for run, track in enumerate(recorded.tracks) for pair in _resting(recorded, run, track)]
     if not found:
         return []
@@ -69,7 +69,7 @@ def rest_channel(recorded: Recorded) -> Sequence[Channel]:
 
 
 def _resting(recorded: Recorded, run: int, track: RunTrack) -> Iterator[tuple[Any, Any]]:
-    """A run's stretch with the plate level beside each stretch of its tilt."""
+    """Yields a run's stretch with the plate level beside each stretch of its tilt."""
     level = stretch(run, track, track.level_ns, track.tilt_ns)
     until = (track.slip_ns or track.end_ns) - BEFORE_SLIP_NS
     if level is None or until <= track.tilt_ns or track.sample.censored or leans(track, recorded.setting):
@@ -80,7 +80,7 @@ def _resting(recorded: Recorded, run: int, track: RunTrack) -> Iterator[tuple[An
 
 
 def _creeping(stretches: Stretches, recorded: Recorded) -> tuple[Moments, Array]:
-    """CREEP_POINTS moments for each stretch, the block at rest, and for how long (n, CREEP_POINTS), s, each counts.
+    """Returns CREEP_POINTS moments for each stretch, the block at rest, and how long (n, CREEP_POINTS), s, each counts.
 
     They lie evenly between the begin of the tilt and the stretch's end, but for the last, which is the stretch's middle
     and does not count. The stretch's mean motion has all that was crept before it, and of what is crept in it the share
@@ -105,7 +105,10 @@ def _creeping(stretches: Stretches, recorded: Recorded) -> tuple[Moments, Array]
 
 
 def plate_channels(recorded: Recorded) -> Sequence[Channel]:
-    """The apparent motion of the first usable fiducial on the plate, within runs and between: the camera causes it."""
+    """Returns the apparent motion of the first usable fiducial on the plate, within runs and between.
+
+    The camera causes it.
+    """
     geometry = recorded.signals.geometry
     for fiducial in recorded.signals.fiducials.values():
         seen = fiducial.select(fiducial.found)
@@ -118,7 +121,7 @@ def plate_channels(recorded: Recorded) -> Sequence[Channel]:
 
 
 def _fixed(recorded: Recorded, time_ns: Times, corner_m: Array, sigma_px: Array) -> Stretches:
-    """The stretches (n,) of a fiducial, with the fields of FIXED."""
+    """Returns the stretches (n,) of a fiducial, with the fields of FIXED."""
 
     def mean(from_ns: int, to_ns: int) -> tuple[Array, float] | None:
         first, last = np.searchsorted(time_ns, (from_ns, to_ns))
@@ -151,7 +154,7 @@ def _plate_marks(recorded: Recorded, parts: Stretches, geometry: CameraGeometry)
 
 
 def _mounts(recorded: Recorded, parts: Stretches, geometry: CameraGeometry) -> Iterator[Mount]:
-    """The fiducial's places before the runs' tilts, by the plate's axes."""
+    """Yields the fiducial's places before the runs' tilts, by the plate's axes."""
     level = parts[np.unique(parts["run"], return_index=True)[1]]
     sigma = np.hypot(level["sigma_px"] * geometry.mm_per_px * 0.5e-3, thresholds.PLACE_TRUSTED_M)
     run, facts = level["run"], recorded.facts
@@ -161,7 +164,7 @@ def _mounts(recorded: Recorded, parts: Stretches, geometry: CameraGeometry) -> I
 
 
 def shape_channel(recorded: Recorded) -> Sequence[Channel]:
-    """The mark's strain with the plate level, just before the slide, and in every window of the slide."""
+    """Returns the mark's strain with the plate level, just before the slide, and in every window of the slide."""
     geometry = recorded.signals.geometry
     found = np.array([row for each in enumerate(recorded.tracks) for row in _shaped(recorded, *each)], dtype=STRETCH)
     if geometry is None or len(found) < LEAST_FRAMES:
@@ -185,7 +188,7 @@ def shape_channel(recorded: Recorded) -> Sequence[Channel]:
 
 
 def _shaped(recorded: Recorded, run: int, track: RunTrack) -> Iterator[Any]:
-    """The stretches of a run in which the mark's shape is seen."""
+    """Yields the stretches of a run in which the mark's shape is seen."""
     if track.corner_m is None:
         return
     until = track.slip_ns or track.end_ns

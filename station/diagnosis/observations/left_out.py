@@ -20,7 +20,7 @@ TOO_SHORT = "slid too little to be measured"
 
 
 def left_out(recorded: Recorded, channels: Sequence[Channel]) -> Mapping[str, int]:
-    """The number of runs without a row of friction by the reason, which is a verb with the runs as its subject."""
+    """Returns the number of runs without a row of friction by the reason, a verb with the runs as its subject."""
     used = {int(run) for channel in channels if channel.shares_friction for run in channel.rows.run}
     counts = Counter({NO_EVENTS: len(recorded.signals.samples) - len(recorded.tracks)})
     for run, track in enumerate(recorded.tracks):

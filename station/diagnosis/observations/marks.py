@@ -35,11 +35,11 @@ class PlateMarks(Channel):
         self._moved, self._view, self._start = moved_m, view, start
 
     def residual(self, model: Model) -> Array:
-        """Recorded minus predicted apparent motion (n,), m."""
+        """Returns recorded minus predicted apparent motion (n,), m."""
         return self._moved - (self._predicted(model) * self._view.down).sum(axis=1)
 
     def _predicted(self, model: Model) -> Array:
-        """The predicted apparent motion (n, 2), m."""
+        """Returns the predicted apparent motion (n, 2), m."""
         return middle(model.seen(self._view) - model.seen(self._start))
 
 
@@ -62,7 +62,7 @@ class Mount(Channel):
         self._apart = place_m - (np.bincount(mount, place_m) / np.bincount(mount))[mount]
 
     def residual(self, model: Model) -> Array:
-        """The places (n,), m, which no model changes."""
+        """Returns the places (n,), m, which no model changes."""
         del model
         return self._apart
 
@@ -99,7 +99,7 @@ class Rest(PlateMarks):
         return moved + self._crept(model) if model.acting("creep") else moved
 
     def _crept_under(self, model: Model) -> Array:
-        """The creep's part of the predicted motion (n, 2), m."""
+        """Returns the creep's part of the predicted motion (n, 2), m."""
         velocity = model.creep(self._resting).reshape(len(self), CREEP_POINTS, 2)
         return np.einsum("nki,nk->ni", velocity, self._creep_s)
 
@@ -120,7 +120,7 @@ class Sensor(Channel):
         self._difference, self._moments = self._apart(difference_rad), moments
 
     def residual(self, model: Model) -> Array:
-        """Recorded minus predicted difference (n,), rad."""
+        """Returns recorded minus predicted difference (n,), rad."""
         if not (model.acting("attitude") or model.acting("delay_s")):
             return self._difference
         turned = self._moments.loads(model).contact.tilt_rad - self._moments.reported.tilt_rad
@@ -128,5 +128,5 @@ class Sensor(Channel):
         return self._difference - self._apart(change)
 
     def _apart(self, values: Array) -> Array:
-        """Values (n,) less their mean, in which long stretches of readings count more."""
+        """Returns values (n,) less their mean, in which long stretches of readings count more."""
         return values - np.average(values, weights=1.0 / np.square(self.rows.sigma))

@@ -20,7 +20,9 @@ LAST_FRAMES = 10
 
 
 def memory_of(runs: Sequence[int], down_rad: Array, tracks: Sequence[RunTrack]) -> dict[str, Array]:
-    """The covariates (n,) of `runs`, by their index among the tracks, tilted towards `down_rad` (n,); nan if unknown.
+    """Returns the covariates (n,) of `runs`, by their index among the tracks, tilted towards `down_rad` (n,).
+
+    They are nan where unknown.
 
     They are the direction of the tilt before, the angle from it to this one, the length of the slide before (m), and
     the runs since the block was last moved by hand (nan if it never was: it would be the run's number).
@@ -39,7 +41,7 @@ def memory_of(runs: Sequence[int], down_rad: Array, tracks: Sequence[RunTrack]) 
 
 
 def _length(track: RunTrack) -> float:
-    """The block's displacement in a run, m; nan without a track."""
+    """Returns the block's displacement in a run, m; nan without a track."""
     if not len(track.pose):
         return math.nan
     return float(np.hypot(*(_end(track) - _start(track))[:2]))

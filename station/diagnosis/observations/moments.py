@@ -67,7 +67,7 @@ class Latest(Generic[T]):
         self._last: tuple[Sequence[tuple[Term, ...]], T] | None = None
 
     def __call__(self, model: Model) -> T:
-        """The cached result, or a new one if the model acts otherwise through the hooks."""
+        """Returns the cached result, or a new one if the model acts otherwise through the hooks."""
         if self._last is None or self._of is not model:
             acting = [model.acting(hook) for hook in self._hooks]
             if self._last is None or self._last[0] != acting:
@@ -166,7 +166,7 @@ class Moments:
         return len(self.time_ns)
 
     def tilted(self, tilt_rad: Array | float) -> Moments:
-        """The same moments on a plate with a reported tilt of `tilt_rad` (n,)."""
+        """Returns the same moments on a plate with a reported tilt of `tilt_rad` (n,)."""
         other = copy.copy(self)
         reported = self._contact.tilt_rad - self._steeper_rad
         other._steeper_rad = tilt_rad - reported
@@ -179,7 +179,7 @@ class Moments:
         return other
 
     def again(self, changed: Changed) -> Moments:
-        """The moments of runs that are done again as `changed` says, on a plate that moves as recorded but for that."""
+        """Returns the moments of runs redone as `changed` says, on a plate that moves as recorded but for that."""
         rows, way, swifter = changed.rows, changed.way, changed.swifter
         time_ns, since = self.time_ns[rows], self._plate.tilt_rad[rows]
         slid_ns = np.round((time_ns - self._slip_ns[rows]) / swifter).astype(np.int64)
@@ -216,7 +216,7 @@ class Moments:
         return self._plain
 
     def loads(self, model: Model) -> Load:
-        """The contact and its loads with the model's attitude, delay and pushes."""
+        """Returns the contact and its loads with the model's attitude, delay and pushes."""
         return self._latest(model)
 
     def _loads(self, model: Model) -> Load:
@@ -227,7 +227,7 @@ class Moments:
         return Load(load.contact, load.tangential + push[:, :2], np.maximum(load.normal - push[:, 2], LEAST_M_S2))
 
     def _leans(self, model: Model) -> Load:
-        """The contact and its loads with the model's attitude and delay, and without its pushes."""
+        """Returns the contact and its loads with the model's attitude and delay, and without its pushes."""
         load, inertial = self._plain, self._inertial
         if model.acting("delay_s"):
             plate, inertial = self._earlier(model)
@@ -237,12 +237,12 @@ class Moments:
         return load
 
     def _delayed(self, model: Model) -> tuple[Attitude, Array]:
-        """The plate by the model's delay earlier, and the inertial part of the loads (n, 3)."""
+        """Returns the plate by the model's delay earlier, and the inertial part of the loads (n, 3)."""
         plate = self._attitude(self._delay_s(model))
         return plate, self._inertial_on(plate)
 
     def _inertial_on(self, plate: Attitude) -> Array:
-        """The inertial part of the loads by the plate's own motion (n, 3), m/s²; zeros (3,) with `at_rest`."""
+        """Returns the inertial part of the loads by the plate's own motion (n, 3), m/s²; zeros (3,) with `at_rest`."""
         return np.zeros(3) if self._at_rest else fictitious(plate, self._place, self._velocity)
 
     def _contact_with(self, plate: Attitude) -> Contact:
@@ -279,7 +279,7 @@ class Moments:
 
 
 def _load(contact: Contact, inertial: Array) -> Load:
-    """The loads by gravity at the contact's tilt and by inertial forces per mass (n, 3 or 3)."""
+    """Returns the loads by gravity at the contact's tilt and by inertial forces per mass (n, 3 or 3)."""
     pull, down = contact.pulling_m_s2, contact.down
     tangential = np.array([pull * down[:, 0], pull * down[:, 1]]).T + inertial[..., :2]
     normal = contact.pressing_m_s2 - inertial[..., 2]
@@ -287,13 +287,13 @@ def _load(contact: Contact, inertial: Array) -> Load:
 
 
 def still(contact: Contact) -> Contact:
-    """The contact on a plate that does not move."""
+    """Returns the contact on a plate that does not move."""
     none = np.zeros((len(contact), 3))
     return contact.changed(rate_rad_s=none, acceleration_rad_s2=none)
 
 
 def _turned(contact: Contact, turn: Array) -> Contact:
-    """The contact on a plate that is turned by small rotation vectors (n, 3), in P, from the reported attitude."""
+    """Returns the contact on a plate turned by small rotation vectors (n, 3), in P, from the reported attitude."""
     level = np.sin(contact.tilt_rad)
     x, y, z = level * contact.down[:, 0], level * contact.down[:, 1], -np.cos(contact.tilt_rad)
     # The plate turns by +w, so what is fixed in the world, such as gravity, turns by −w as the plate sees it.

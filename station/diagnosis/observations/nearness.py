@@ -30,7 +30,7 @@ PITCH_NS = 4_000_000
 
 
 def crept_m(recorded: Recorded, stretches: Stretches) -> Array:
-    """The way (n,), m, that blocks may have crept, on the mean over stretches (n,) of their tilts."""
+    """Returns the way (n,), m, that blocks may have crept, on the mean over stretches (n,) of their tilts."""
     found, runs = np.zeros(len(stretches)), stretches["run"]
     for run in np.unique(runs):
         time_ns, share = nearness(recorded.tracks[run], recorded.slipping, recorded.reread.arm_m)
@@ -43,7 +43,7 @@ def crept_m(recorded: Recorded, stretches: Stretches) -> Array:
 
 
 def nearness(track: RunTrack, plate: PlateMotion, arm_m: Array) -> tuple[Times, Array]:
-    """Moments (m,), ns, of a tilt until the slip, and the largest share (m,) of its limit that loaded the block so far.
+    """Returns moments (m,), ns, of a tilt until the slip, and the largest share (m,) of its limit loaded so far.
 
     The limit is the largest load until the slip. `arm_m` (3,), m in P, is from the true pivot to the configured one.
     """

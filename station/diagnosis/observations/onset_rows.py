@@ -30,7 +30,7 @@ LEAST_SIGMA_RAD = 2e-4
 
 
 def onset_channel(recorded: Recorded) -> Sequence[Channel]:
-    """The onsets of all runs that slid, and the limits of those that did not."""
+    """Returns the onsets of all runs that slid, and the limits of those that did not."""
     chosen = [(run, track) for run, track in enumerate(recorded.tracks) if _usable(track, recorded)]
     if not chosen:
         return []
@@ -74,7 +74,7 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
 
 
 def _usable(track: RunTrack, recorded: Recorded) -> bool:
-    """True if the plate was tilted until the block slid or held, and the block free of the foam."""
+    """Returns true if the plate was tilted until the block slid or held, and the block free of the foam."""
     if NO_TILT in track.sample.flags:
         return False
     time_ns = _moment_ns(track, recorded.plate)
@@ -83,14 +83,14 @@ def _usable(track: RunTrack, recorded: Recorded) -> bool:
 
 
 def _steeper(tracks: Sequence[RunTrack], plate: PlateMotion) -> Array:
-    """The tilts (n,) that a plate at rest would have needed beyond the reported ones, if re-estimated; else 0."""
+    """Gives the tilts (n,) that a plate at rest would have needed beyond the reported ones, if re-estimated; else 0."""
     at = plate.at(np.array([track.slip_ns or track.tilt_ns for track in tracks], dtype=np.int64)).tilt_rad
     read = np.array([track.slip_tilt_rad for track in tracks])
     return np.where(read > 0, read - at, 0.0)
 
 
 def _moment_ns(track: RunTrack, plate: PlateMotion) -> int:
-    """The time of the onset, or that of the steepest tilt that the block is seen to bear in a run without a slide."""
+    """Returns the time of the onset, or that of the steepest tilt that the block bore in a run without a slide."""
     if not track.sample.censored:
         return track.slip_ns
     times = np.linspace(track.tilt_ns, track.held_until_ns, 200).astype(np.int64)
@@ -98,7 +98,10 @@ def _moment_ns(track: RunTrack, plate: PlateMotion) -> int:
 
 
 def sigma_of(sample: Sample) -> float:
-    """Standard error of the onset's angle, rad; an onset that could not be fitted lies somewhere within its step."""
+    """Returns the standard error of the onset's angle, rad.
+
+    An onset that could not be fitted lies somewhere within its step.
+    """
     width = abs(sample.step_to_rad - sample.step_from_rad)
     if UNRESOLVED in sample.flags or not sample.onset_sigma_rad > 0:
         return max(width / math.sqrt(12), LEAST_SIGMA_RAD)

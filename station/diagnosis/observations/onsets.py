@@ -72,7 +72,7 @@ class Onsets(Channel):
             way.kept = True
 
     def residual(self, model: Model) -> Array:
-        """Log of recorded over expected friction (n,), cached for the last model, as slides ask for it again."""
+        """Returns the log of recorded over expected friction (n,), cached for the last model, as slides ask again."""
         if self._last is None or self._last[0] is not model:
             ratio = self._typical.friction(model, self._typically)
             steep = np.clip(np.arctan(ratio), LEAST_TILT_RAD, MOST_TILT_RAD)
@@ -81,7 +81,10 @@ class Onsets(Channel):
         return self._last[1]
 
     def run_effects(self, model: Model, runs: int) -> tuple[Array, Array]:
-        """Each run's (r,) own log friction over the model's by its onset, and the onset's residual; 0 where unknown."""
+        """Returns each run's (r,) own log friction over the model's by its onset, and the onset's residual.
+
+        Both are 0 where unknown.
+        """
         known = ~self.rows.limit
         found = np.zeros((2, runs))
         found[0, self.rows.run[known]] = self._own(model)[known]
@@ -99,12 +102,12 @@ class Onsets(Channel):
         return 0.0 if self._released is None else self._released.log_moved(model)
 
     def shaking(self, model: Model) -> Array:
-        """Standard deviation (n,) of the residual by the model's random pushes."""
+        """Returns the standard deviation (n,) of the residual by the model's random pushes."""
         contact = self.moments.reported
         return model.shaking(contact) / np.maximum(9.81 * np.sin(contact.tilt_rad), 1e-3)
 
     def angle_rad(self) -> Array:
-        """The recorded onset tilts (n,)."""
+        """Returns the recorded onset tilts (n,)."""
         return self.moments.reported.tilt_rad
 
 
@@ -124,7 +127,7 @@ class _Way:
         self._last_rad: Array = np.zeros(0)
 
     def held(self, moments: Moments, model: Model) -> tuple[Load, Array]:
-        """The loads under a model, and the friction per mass (n,), m/s², that opposes them."""
+        """Returns the loads under a model, and the friction per mass (n,), m/s², that opposes them."""
         load = moments.loads(model)
         toward = np.arctan2(load.tangential[:, 1], load.tangential[:, 0])
         if self.kept:
@@ -143,7 +146,7 @@ class _Expected:
         self._moments, self._pull, self._normal = moments, _size(plain), plain.normal
 
     def friction(self, model: Model, way: _Way) -> Array:
-        """The ratio (n,) at which the model's blocks slip."""
+        """Returns the ratio (n,) at which the model's blocks slip."""
         load, held = way.held(self._moments, model)
         added = _size(load) - self._pull
         return np.maximum(held - added, 0.05 * held) / self._normal

@@ -61,14 +61,14 @@ class Paths:
         return _Speeds.of(self.contact)
 
     def of_runs(self, number: Array) -> Paths | None:
-        """The paths of the runs with the numbers `number` (m,), as `contact` has them; None without any."""
+        """Returns the paths of the runs with the numbers `number` (m,), as `contact` has them; None without any."""
         indices = np.flatnonzero(np.isin(self.contact.run, number))
         if not len(indices):
             return None
         return replace(self, breakaways=self.breakaways.chosen(indices), contact=self.contact.chosen(indices))
 
     def sliding_terms(self, model: Model) -> tuple[Term, ...]:
-        """The terms of a model whose laws of sliding change these paths."""
+        """Returns the terms of a model whose laws of sliding change these paths."""
         return tuple(term for term in model.terms if self._changes(term))
 
     def _changes(self, term: Term) -> bool:
@@ -76,7 +76,7 @@ class Paths:
         return bool(np.abs(held - 1.0).max() > CHANGES or np.abs(slowing).max() > CHANGES_M_S2)
 
     def nearest(self, start: Sequence[Term]) -> tuple[tuple[Term, ...], float]:
-        """The terms' values nearest to the likeliest law of all paths, and the remaining difference (rms), m/s².
+        """Gives the terms' values nearest to the likeliest law of all paths, and the remaining difference (rms), m/s².
 
         The search begins at the values that the terms have.
         """
@@ -95,7 +95,7 @@ class Paths:
         return _valued(start, numbers, np.asarray(found.x)), math.sqrt(float(np.mean(np.square(found.fun))))
 
     def log_likelihood(self, terms: Sequence[Term]) -> float:
-        """The paths' log likelihood, maximised over the terms' values.
+        """Returns the paths' log likelihood, maximised over the terms' values.
 
         The windows determine little of two laws that nearly cancel there, so the search then also begins where the two
         together come nearest to the likeliest law of all paths.
@@ -139,7 +139,7 @@ def _numbers(terms: Sequence[Term]) -> list[_Number]:
 
 
 def _inner(terms: Sequence[Term], numbers: Sequence[_Number]) -> Array:
-    """The numbers (k,) in their typical sizes."""
+    """Returns the numbers (k,) in their typical sizes."""
     return np.array([terms[index].values[parameter.name] / parameter.typical for index, parameter in numbers])
 
 
@@ -148,7 +148,7 @@ def _bounds(numbers: Sequence[_Number]) -> list[tuple[float, float]]:
 
 
 def _valued(terms: Sequence[Term], numbers: Sequence[_Number], inner: Array) -> tuple[Term, ...]:
-    """The terms with the numbers `inner` (k,), given in typical sizes."""
+    """Returns the terms with the numbers `inner` (k,), given in typical sizes."""
     changed: list[dict[str, float]] = [{} for _ in terms]
     for (index, parameter), value in zip(numbers, inner.tolist(), strict=True):
         changed[index][parameter.name] = parameter.clipped(value * parameter.typical)
@@ -170,7 +170,7 @@ class _Sliding:
 
 
 def _along(terms: Sequence[Term], numbers: Sequence[_Number], inner: Array, speeds: _Speeds) -> Along:
-    """The slopes of each run's tables by the numbers `inner` (k,), by central differences within the bounds."""
+    """Returns the slopes of each run's tables by the numbers `inner` (k,), by central differences within the bounds."""
     low, high = np.array(_bounds(numbers)).reshape(-1, 2).T
 
     def tables(inner: Array) -> Array:
@@ -200,7 +200,10 @@ class _Speeds:
         return cls(still, resting, replace(resting, moving=moving, speed_m_s=fast, slid_s=speed / SLIDE_M_S2))
 
     def tables(self, terms: Sequence[Term]) -> tuple[Array, Array]:
-        """Ratio of sliding to static friction, and other deceleration, m/s², of each run by speed: (r, COUNT) each."""
+        """Returns the ratio of sliding to static friction, and other deceleration, m/s², of each run by speed.
+
+        Both are (r, COUNT).
+        """
         model, runs = Model(mu_s=1.0, terms=tuple(terms)), len(self.still)
         held = model.friction(self.sliding).reshape(runs, COUNT) / model.friction(self.still)[:, None]
         pushed = (model.push(self.sliding) - model.push(self.resting))[:, :2].reshape(runs, COUNT, 2)

@@ -61,14 +61,20 @@ class Attitude:
         return np.arctan2(self.gravity[:, 1], self.gravity[:, 0])
 
     def quickened(self, by_rad_s2: Array | float) -> Attitude:
-        """The same moments with so much more angular acceleration (n, 3), rad/s²."""
+        """Returns the same moments with so much more angular acceleration (n, 3), rad/s²."""
         return replace(self, acceleration_rad_s2=self.acceleration_rad_s2 + by_rad_s2)
 
     def again(self, rows: Times, *, turn_rad: Array, faster: Array, since: Array) -> Attitude:
-        """The moments `rows` (m,) of runs that are done again, tilted `turn_rad` (m,) further round and `faster` (m,).
+        """Returns some moments of runs redone, tilted further round and faster.
 
-        The tilt `since` (m,), rad, up to which the plate has turned is passed at the other rate, so what is beyond it
-        changes by that factor.
+        The tilt up to which the plate has turned is passed at the other rate, so what is beyond it changes by that
+        factor.
+
+        Args:
+            rows: (m,) the indices of the moments.
+            turn_rad: (m,) how much further round the plate is tilted, rad.
+            faster: (m,) the factor on the rate of the tilt.
+            since: (m,) the tilt up to which the plate has turned, rad.
         """
         way = np.column_stack([np.cos(turn_rad), np.sin(turn_rad)])
         tilt, down = (since + faster * (self.tilt_rad[rows] - since), self.down_rad[rows] + turn_rad)
@@ -87,7 +93,7 @@ class Attitude:
 
 
 def turned(vectors: Array, way: Array) -> Array:
-    """Vectors (n, 2 or 3) turned about the plate's normal by the angles whose unit vectors are `way` (n, 2)."""
+    """Returns vectors (n, 2 or 3) turned about the plate's normal by the angles whose unit vectors are `way` (n, 2)."""
     x, y, (cosine, sine) = vectors[:, 0], vectors[:, 1], way.T
     return np.column_stack([cosine * x - sine * y, sine * x + cosine * y, vectors[:, 2:]])
 
@@ -130,7 +136,7 @@ class PlateMotion:
         return len(self._time_s)
 
     def covers(self, time_ns: int) -> bool:
-        """True if an attitude was recorded within COVERED_S of a moment."""
+        """Returns true if an attitude was recorded within COVERED_S of a moment."""
         if not len(self):
             return False
         second = (time_ns - self._origin) * 1e-9
@@ -144,7 +150,7 @@ class PlateMotion:
         return found
 
     def at(self, time_ns: Times, *, delay_s: float = 0.0) -> Attitude:
-        """The plate, `delay_s` before the moments `time_ns` (n,), ns."""
+        """Returns the plate, `delay_s` before the moments `time_ns` (n,), ns."""
         seconds = self._seconds(time_ns) - delay_s
         gravity = self._gravity_at(seconds)
         last = self._last(seconds)
@@ -167,13 +173,13 @@ class PlateMotion:
         )
 
     def sigma_rad(self, time_ns: Times) -> Array:
-        """Standard deviation (n,) of gravity's direction at `time_ns` (n,), ns, in rad, by the readings' noise."""
+        """Returns the standard deviation (n,) of gravity's direction at `time_ns` (n,), ns, in rad, by the noise."""
         if self.fit is None:
             return np.zeros(len(time_ns))
         return np.interp(self._seconds(time_ns), self._time_s, self.fit.sigma_rad)
 
     def mean_sigma_rad(self, weight: Array, length_s: float) -> float:
-        """Standard deviation (rad) of gravity's mean over `length_s` with the weights `weight` (k,).
+        """Returns the standard deviation (rad) of gravity's mean over `length_s` with the weights `weight` (k,).
 
         They are even in time, and sum to 1.
         """
@@ -184,16 +190,16 @@ class PlateMotion:
         return self.fit.of_mean(even / even.sum())
 
     def steps_between(self, from_ns: int, to_ns: int) -> Times:
-        """The times (n,), ns, at which the arm was sent off, from `from_ns` until `to_ns`."""
+        """Returns the times (n,), ns, at which the arm was sent off, from `from_ns` until `to_ns`."""
         first, last = np.searchsorted(self._steps_ns, (from_ns, to_ns))
         return self._steps_ns[first:last]
 
     def gravity_at(self, time_ns: Times) -> Array:
-        """Unit vectors (n, 3) of gravity in P at `time_ns` (n,), ns."""
+        """Returns unit vectors (n, 3) of gravity in P at `time_ns` (n,), ns."""
         return self._gravity_at(self._seconds(time_ns))
 
     def turns_at(self, time_ns: Times) -> tuple[Array, Array, Array]:
-        """The tilt's sign of change (n,) at times, the tilt (n,) at which that changed, and the swings before (n, 3).
+        """Returns the tilt's sign of change (n,) at times, the tilt (n,) where that changed, and swings before (n, 3).
 
         `time_ns` (n,) are in ns, the rest in rad.
         """
@@ -201,20 +207,22 @@ class PlateMotion:
         return self._rising[last], self._turned_rad[last], self._swing_rad[last]
 
     def _last(self, seconds: Array) -> Times:
-        """The last reading (n,) before each time (n,), s, by its index."""
+        """Returns the last reading (n,) before each time (n,), s, by its index."""
         return np.clip(np.searchsorted(self._time_s, seconds, side="right") - 1, 0, len(self) - 1)
 
     def _rates_at(self, seconds: Array) -> Array:
         return _interpolated(seconds, self._time_s, self._rates)
 
     def _apart(self, moving: Callable[[Array], Array], seconds: Array) -> Array:
-        """The slope (n, 3) of a quantity between APART_S before and APART_S after each time (n,), s."""
+        """Returns the slope (n, 3) of a quantity between APART_S before and APART_S after each time (n,), s."""
         after = np.clip(seconds + APART_S, self._time_s[0], self._time_s[-1])
         before = np.clip(seconds - APART_S, self._time_s[0], self._time_s[-1])
         return (moving(after) - moving(before)) / (2.0 * APART_S)
 
     def _swinging(self, gravity: Array, rate: Array) -> Callable[[Array], Array] | None:
-        """The derivative of gravity's spline, if attitudes and rates agree so well that it resolves more; else None.
+        """Returns the derivative of gravity's spline, if attitudes and rates agree so well that it resolves more.
+
+        Otherwise it is None.
 
         A plate that stops midway between two readings has two accelerations, of which rates alone show the mean. That
         is half a per cent of a block's friction just when it slips.
@@ -247,7 +255,7 @@ class PlateMotion:
 
 
 def _rate(known: AttitudeTrack, time_s: Array) -> Array:
-    """The recorded rates (n, 3), or, without any, those of the gravity vector (a turn about gravity is unseen)."""
+    """Gives the recorded rates (n, 3), or without any those of the gravity vector (a turn about gravity is unseen)."""
     if len(known) < 3 or np.any(known.rate_rad_s != 0):
         return np.nan_to_num(known.rate_rad_s)
     gravity = known.gravity
@@ -255,15 +263,15 @@ def _rate(known: AttitudeTrack, time_s: Array) -> Array:
 
 
 def _turning(gravity: Array, rates: Array, indices: Indices) -> Array:
-    """The change (m, 3), 1/s, of gravity (n, 3) by the rates (3, n) at some of the readings."""
+    """Returns the change (m, 3), 1/s, of gravity (n, 3) by the rates (3, n) at some of the readings."""
     return -cross(rates[:, indices].T, gravity[indices])
 
 
 def _interpolated(seconds: Array, time_s: Array, columns: Array) -> Array:
-    """Columns (3, n) at other times (m,), as (m, 3)."""
+    """Returns columns (3, n) at other times (m,), as (m, 3)."""
     return np.column_stack([np.interp(seconds, time_s, column) for column in columns])
 
 
 def _seen(bend: Array, gravity: Array) -> Array:
-    """The angular acceleration (n, 3) that gravity's second derivative shows: g' = -w x g, so w = g' x g."""
+    """Returns the angular acceleration (n, 3) that gravity's second derivative shows: g' = -w x g, so w = g' x g."""
     return cross(bend, gravity)

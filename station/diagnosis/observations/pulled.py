@@ -55,7 +55,7 @@ class Pulled(Channel):
         return self._contact
 
     def residual(self, model: Model) -> Array:
-        """Log of recorded over predicted friction (n,)."""
+        """Returns the log of recorded over predicted friction (n,)."""
         contact = self._contact
         push = model.push(contact)
         press = np.maximum(1.0 - push[:, 2] / GRAVITY_M_S2, LEAST_SHARE)

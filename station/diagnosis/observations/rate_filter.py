@@ -32,7 +32,9 @@ LOG_RATIOS = (-10.0, 60.0)
 
 
 def weights(missed: Array, shifted: Array, step_s: float) -> Array:
-    """The weights b (2 K + 1,), s, with readings `step_s` apart; K steps are REACH_S, or a quarter of the readings.
+    """Returns the weights b (2 K + 1,), s, with readings `step_s` apart.
+
+    K steps are REACH_S, or a quarter of the readings.
 
     Args:
         missed: (n, 2) prediction errors of the attitude less the rates' integral.
@@ -53,9 +55,12 @@ def weights(missed: Array, shifted: Array, step_s: float) -> Array:
 
 
 def answered(slope: Array, weight: Array, parts: Sequence[slice]) -> Array:
-    """The sums (n, 2) of b_k x'(t + k h); beyond its ends a part goes on as there.
+    """Returns the sums (n, 2) of b_k x'(t + k h); beyond its ends a part goes on as there.
 
-    `slope` (n, 2), 1/s, is x', and `weight` (w,), s, the 2 K + 1 weights b.
+    Args:
+        slope: (n, 2) x', 1/s.
+        weight: (w,) the 2 K + 1 weights b, s.
+        parts: the stretches of readings without a gap.
     """
     reach = len(weight) // 2
     found = np.zeros_like(slope)
@@ -66,14 +71,14 @@ def answered(slope: Array, weight: Array, parts: Sequence[slice]) -> Array:
 
 
 def _lagged(one: Array, other: Array, lag: int) -> float:
-    """The sum over t of one(t) other(t + lag), both (n, 2)."""
+    """Returns the sum over t of one(t) other(t + lag), both (n, 2)."""
     early, late = (one, other) if lag >= 0 else (other, one)
     count = len(one) - abs(lag)
     return float((early[:count] * late[len(one) - count :]).sum())
 
 
 def _trust(square: Array, size: Array) -> Array:
-    """The shares (m,) of the regression's combinations that are kept, from their squares in units of their errors'.
+    """Gives the shares (m,) of the regression's combinations that are kept, by their squares in units of their errors'.
 
     A combination of information `size` (m,), relative to the largest, has the square 1 + v size on average, v being the
     prior's variance.

@@ -43,7 +43,7 @@ class Released:
         self._plain = self._log_slope(np.zeros((2, *self._weight.shape)))
 
     def log_moved(self, model: Model) -> Array:
-        """The log friction of the onsets (n,) that the pushes of the moving plate add."""
+        """Returns the log friction of the onsets (n,) that the pushes of the moving plate add."""
         return self._moved(model)
 
     def _moves(self, model: Model) -> Array:
@@ -56,18 +56,21 @@ class Released:
         return found
 
     def _is_of_motion(self, term: Term) -> bool:
-        """False for a push that a plate at rest has as well: the tilt at which it would release a block has it."""
+        """Returns false for a push that a plate at rest has as well.
+
+        Such a push is contained in the tilt at which it would release a block.
+        """
         moving, stopped = (term.effect.push(contact, term.values) for contact in (self._fastest, self._stopped))
         return bool(np.any(moving != stopped))
 
     def _log_slope(self, added: Array) -> Array:
-        """The log of the slopes (r,) at which plates at rest would have released the blocks, see `Swing.tilt_rad`."""
+        """Returns the log of the slopes (r,) at which plates at rest would release the blocks, see `Swing.tilt_rad`."""
         tilt = np.maximum.accumulate(self._swing.tilt_rad(added), axis=1)
         return np.log(np.tan((tilt * self._weight).sum(axis=1)))
 
 
 def _fastest(contact: Contact, shape: tuple[int, int]) -> Times:
-    """The moments (2 r,) of the runs in which the plate turns fastest, and those in which that changes most."""
+    """Returns the moments (2 r,) of the runs in which the plate turns fastest, and those in which that changes most."""
     sizes = (
         np.linalg.norm(motion, axis=1).reshape(shape) for motion in (contact.rate_rad_s, contact.acceleration_rad_s2)
     )
@@ -76,7 +79,10 @@ def _fastest(contact: Contact, shape: tuple[int, int]) -> Times:
 
 
 def released(recorded: Recorded, runs: Sequence[int]) -> Released | None:
-    """The slips of the onsets of these `runs` (n,), by their indices, as far as their paths were read; else None."""
+    """Returns the slips of the onsets of these `runs` (n,), by their indices, as far as their paths were read.
+
+    Otherwise it is None.
+    """
     read = {run: slip for run, slip in recorded.reread.slips.items() if slip.run.swing is not None}
     rows = [row for row, run in enumerate(runs) if run in read]
     if not rows:
@@ -87,7 +93,7 @@ def released(recorded: Recorded, runs: Sequence[int]) -> Released | None:
 
 
 def _contact(recorded: Recorded, slips: Sequence[Slipping], tracks: Sequence[RunTrack], runs: Sequence[int]) -> Contact:
-    """The resting blocks (r m) at the moments at which slips are looked at."""
+    """Returns the resting blocks (r m) at the moments at which slips are looked at."""
     time_ns = seen_ns(slips)
     pose = np.repeat(starts(tracks), time_ns.shape[1], axis=0)
     return Moments(
@@ -101,20 +107,20 @@ def _contact(recorded: Recorded, slips: Sequence[Slipping], tracks: Sequence[Run
 
 
 def seen_ns(slips: Sequence[Slipping]) -> Times:
-    """The moments (r, m), ns, at which slips are looked at."""
+    """Returns the moments (r, m), ns, at which slips are looked at."""
     seen = np.array([slip.run.grid_s[node] for slip, node in zip(slips, _nodes(slips), strict=True)])
     return np.array([slip.origin_ns for slip in slips])[:, None] + np.round(1e9 * seen).astype(np.int64)
 
 
 def _nodes(slips: Sequence[Slipping]) -> Times:
-    """The points (r, m) of the runs' grids that are looked at, up to the last moment of a slip and then that again."""
+    """Returns the points (r, m) of the runs' grids looked at, up to the last moment of a slip and then that again."""
     last = np.array([int(np.searchsorted(slip.run.grid_s, slip.tried_s[-1])) // PITCH + 1 for slip in slips])
     most = np.array([(len(slip.run.grid_s) - 1) // PITCH for slip in slips])
     return PITCH * np.minimum(np.arange(last.max() + 1), np.minimum(last, most)[:, None])
 
 
 def _weights(slips: Sequence[Slipping]) -> Array:
-    """The weights (r, m) of the points, by which values there are interpolated to the moments and averaged."""
+    """Returns the weights (r, m) of the points, by which values there are interpolated to the moments and averaged."""
     nodes = _nodes(slips)
     found = np.zeros(nodes.shape)
     for row, slip in enumerate(slips):
@@ -127,7 +133,7 @@ def _weights(slips: Sequence[Slipping]) -> Array:
 
 
 def _swing(slips: Sequence[Slipping]) -> Swing:
-    """The runs' loads at the points, (r, m) in place of (m,)."""
+    """Returns the runs' loads at the points, (r, m) in place of (m,)."""
     nodes = _nodes(slips)
     parts = [(slip.run.swing, node) for slip, node in zip(slips, nodes, strict=True) if slip.run.swing]
     return Swing(

@@ -20,10 +20,15 @@ IRRELEVANT = 1e8
 
 
 def relevant(design: Array, values: Array, weight: Array, group: NDArray[np.int64]) -> Array:
-    """The expected coefficients (k,) of `values` (n,) by the columns of `design` (n, k).
+    """Returns the expected coefficients (k,) of `values` (n,) by the columns of `design` (n, k).
 
-    `weight` (n,) are the inverse variances of the values' errors, and `group` (k,) the number of each column's group,
-    from 0: the coefficients of a group are drawn from one normal distribution about 0, whose variance is the likeliest.
+    The coefficients of a group are drawn from one normal distribution about 0, whose variance is the likeliest.
+
+    Args:
+        design: (n, k) the columns.
+        values: (n,) what they explain.
+        weight: (n,) the inverse variances of the values' errors.
+        group: (k,) the number of each column's group, from 0.
     """
     known = (design * weight[:, None]).T @ design
     moment = design.T @ (weight * values)

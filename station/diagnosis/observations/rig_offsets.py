@@ -27,12 +27,12 @@ class RigOffsets:
 
     @classmethod
     def of(cls, model: Model) -> RigOffsets:
-        """The offsets of a fitted model's clock and pivot."""
+        """Returns the offsets of a fitted model's clock and pivot."""
         arm_m = model.arm_m()
         return cls(model.delay_s(), arm_m if arm_m.any() else None)
 
     def is_near(self, other: RigOffsets) -> bool:
-        """True if slips that are read with the other's offsets are as good as those that are read with these."""
+        """Returns true if slips read with the other's offsets are as good as those that are read with these."""
         apart_m = 0.0 if self.arm_m is None or other.arm_m is None else float(np.abs(self.arm_m - other.arm_m).max())
         # Slips are sought at every GRID_S.
         return abs(self.late_s - other.late_s) <= GRID_S and apart_m <= NEAR_M

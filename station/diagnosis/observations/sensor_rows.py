@@ -27,7 +27,7 @@ PLAY_RAD = 0.03
 
 
 def sensor_channel(recorded: Recorded) -> Sequence[Channel]:
-    """One channel for each sensor, in stretches of each run, the tilt's return included."""
+    """Returns one channel for each sensor, in stretches of each run, the tilt's return included."""
     found = [_one(recorded, source) for source in sorted(recorded.signals.angles)]
     return [channel for channel in found if channel is not None]
 
@@ -80,7 +80,7 @@ def _one(recorded: Recorded, source: str) -> Sensor | None:
 
 
 def _stretches(run: RunTrack, time_ns: Times, tilt_rad: Array, rising: Array) -> Iterator[Times]:
-    """The readings' indices of each stretch of a run; within none does the tilt change its direction.
+    """Yields the readings' indices of each stretch of a run; within none does the tilt change its direction.
 
     Just after the tilt has turned back a plate with play does not follow yet: those readings are left out.
     """
@@ -100,7 +100,7 @@ def _stretches(run: RunTrack, time_ns: Times, tilt_rad: Array, rising: Array) ->
 
 
 def _spread(chosen: Times) -> Times:
-    """SENSOR_POINTS of the readings' indices, each from the middle of an equal share of them.
+    """Returns SENSOR_POINTS of the readings' indices, each from the middle of an equal share of them.
 
     Their mean is that of all readings: points that include both ends weigh these twice.
     """

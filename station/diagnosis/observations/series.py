@@ -36,7 +36,10 @@ a fifth."""
 
 
 def in_windows(rows: TableRows) -> TableRows:
-    """The rows of each record averaged in windows, as one group each; rows without a displacement are unchanged."""
+    """Returns the rows of each record averaged in windows, as one group each.
+
+    Rows without a displacement are unchanged.
+    """
     known = np.isfinite(rows.displacement_m) & rows.pulled
     if not len(rows) or not known.all() or not np.ptp(rows.time_ns):
         return rows
@@ -50,12 +53,12 @@ def in_windows(rows: TableRows) -> TableRows:
 
 
 def travelled_of(rows: TableRows) -> Array | None:
-    """The slip (n,), m, of continuous records; None for single measurements."""
+    """Returns the slip (n,), m, of continuous records; None for single measurements."""
     return rows.displacement_m if len(rows) and np.isfinite(rows.displacement_m).all() and rows.ordered else None
 
 
 def stretches_of(rows: TableRows) -> Times | None:
-    """The number (n,) of each window's stretch of one speed in records; None where there are too few of them.
+    """Returns the number (n,) of each window's stretch of one speed in records; None where there are too few of them.
 
     Where a speed is set, friction may jump by more than it wanders between, for reasons of the apparatus: each change
     is one piece of evidence for a law of the speed, however many windows follow it. How they scatter is known from some
@@ -70,7 +73,7 @@ def stretches_of(rows: TableRows) -> Times | None:
 
 
 def _record(rows: TableRows) -> tuple[TableRows, Array]:
-    """The windows of one record, and the slip since its speed changed (n,), log10 m."""
+    """Returns the windows of one record, and the slip since its speed changed (n,), log10 m."""
     slip = rows.displacement_m - rows.displacement_m[0]
     slip = np.maximum.accumulate(slip * np.sign(slip[-1]))
     edges = np.linspace(0.0, slip[-1], min(WINDOWS, len(rows)) + 1)
@@ -90,19 +93,19 @@ def _record(rows: TableRows) -> tuple[TableRows, Array]:
 
 
 def _error(values: Array) -> float:
-    """The relative standard error of a window's mean; nan for a single row."""
+    """Returns the relative standard error of a window's mean; nan for a single row."""
     return float(values.std(ddof=1) / np.sqrt(len(values)) / values.mean()) if len(values) > 1 else np.nan
 
 
 def _speeds(time_ns: Times, slip_m: Array, begins: Bools) -> Array:
-    """Each window's speed (n,), m/s: its slip over its time, which end where the next window begins."""
+    """Returns each window's speed (n,), m/s: its slip over its time, which end where the next window begins."""
     first = np.flatnonzero(begins)
     last = np.append(first[1:], len(time_ns) - 1)
     return np.maximum(slip_m[last] - slip_m[first], 0.0) / np.maximum(1e-9 * (time_ns[last] - time_ns[first]), 1e-9)
 
 
 def _driven(speed_m_s: Array) -> Array:
-    """Each stretch's median speed (n,): the drive's, without the noise of a window's own."""
+    """Returns each stretch's median speed (n,): the drive's, without the noise of a window's own."""
     found = speed_m_s.copy()
     for begin, end in _stretches(speed_m_s):
         found[begin:end] = np.median(speed_m_s[begin:end])
@@ -110,7 +113,7 @@ def _driven(speed_m_s: Array) -> Array:
 
 
 def _settled(speed_m_s: Array, slip_m: Array) -> Array:
-    """Log10 of the slip since a window with another speed (n,); nan before the first change."""
+    """Returns the log10 of the slip since a window with another speed (n,); nan before the first change."""
     found = np.full(len(speed_m_s), np.nan)
     for begin, end in _stretches(speed_m_s)[1:]:
         found[begin:end] = np.log10(slip_m[begin:end] - slip_m[begin - 1])
@@ -118,7 +121,7 @@ def _settled(speed_m_s: Array, slip_m: Array) -> Array:
 
 
 def settling(rows: TableRows) -> Bools:
-    """True (n,) for the windows of records in which friction still settles after a change of the speed.
+    """Returns true (n,) for the windows of records in which friction still settles after a change of the speed.
 
     It has settled when it first comes as near to the median of the stretch's second half as that half itself stays.
     """
@@ -130,7 +133,7 @@ def settling(rows: TableRows) -> Bools:
 
 
 def _unsettled(coefficient: Array) -> int:
-    """The number of windows of a stretch before friction has settled."""
+    """Returns the number of windows of a stretch before friction has settled."""
     rest = coefficient[len(coefficient) // 2 :]
     middle = float(np.median(rest))
     near = np.abs(coefficient - middle) <= NEAR * max(float(np.std(rest)), 1e-9)
@@ -138,7 +141,7 @@ def _unsettled(coefficient: Array) -> int:
 
 
 def _stretches(speed_m_s: Array, group: Times | None = None) -> list[tuple[int, int]]:
-    """First and last (exclusive) window of each stretch of one speed, in records that `group` numbers."""
+    """Returns the first and last (exclusive) window of each stretch of one speed, in records that `group` numbers."""
     logs = np.log(np.maximum(speed_m_s, 1e-300))
     changed = np.abs(np.diff(logs)) > CHANGED
     if group is not None:

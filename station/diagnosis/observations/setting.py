@@ -27,7 +27,9 @@ class Setting:
     image_height_px: int = 600
 
     def free_m(self, place_m: Array) -> Array:
-        """Distance (n,), m, of blocks' outermost corners from the foam, at poses `place_m` (n, 3): x, y (m), yaw (rad).
+        """Returns the distance (n,), m, of blocks' outermost corners from the foam, at poses `place_m` (n, 3).
+
+        Poses are x, y (m) and yaw (rad).
 
         At places x, y (m) in P alone, (n, 2), it is the least distance that any heading would have.
         """

@@ -39,17 +39,17 @@ class Shape(Channel):
         self._precision = 1.0 / np.square(rows.sigma[::3])
 
     def changed_by(self, effect: Effect) -> bool:
-        """False for what moves a mark as a whole."""
+        """Returns false for what moves a mark as a whole."""
         return super().changed_by(effect) and effect.strains
 
     def residual(self, model: Model) -> Array:
-        """Strain (3 n,) that is left of the mark where the model says that its corners were."""
+        """Returns the strain (3 n,) that is left of the mark where the model says that its corners were."""
         seen_by = any(self.changed_by(term.effect) for term in model.acting("seen"))
         strain = strain_of(self._true(model) if seen_by else self._corner, self._gradient)
         return (strain - common(strain, self._precision)).ravel()
 
     def _true(self, model: Model) -> Array:
-        """The corners' true places (n, 4, 2), m: those seen, less their displacement there.
+        """Returns the corners' true places (n, 4, 2), m: those seen, less their displacement there.
 
         The displacement is the mean at two places on the path, whose mean and spread are those of the view's frames.
         """
@@ -61,7 +61,9 @@ class Shape(Channel):
 
 
 def gradient_per_m(mark_m: Array) -> Array:
-    """The gradient of least squares by each corner's place: (4, 2), 1/m, of a mark with corners `mark_m` (4, 2), m.
+    """Returns the gradient of least squares by each corner's place.
+
+    It is (4, 2), in 1/m, of a mark with corners `mark_m` (4, 2), m.
 
     With the corners r about their mean and their second moment S, a corner at d adds d rᵀ S⁻¹.
     """
@@ -70,11 +72,14 @@ def gradient_per_m(mark_m: Array) -> Array:
 
 
 def strain_of(corner_m: Array, gradient: Array) -> Array:
-    """Green's strain (n, 3: xx, yy, xy), in the mark's own axes, of its corners `corner_m`; no turn changes it.
+    """Returns Green's strain (n, 3: xx, yy, xy), in the mark's own axes, of its corners `corner_m`; no turn changes it.
 
-    `corner_m` is (n, 4, 2), m, and `gradient` (4, 2), 1/m, is that of `gradient_per_m`. The strain by displacements
-    from a rigid mark, fitted to the sheared one, is off by three eighths of the shear's square: more than the noise of
-    a slide at .1 m/s.
+    The strain by displacements from a rigid mark, fitted to the sheared one, is off by three eighths of the shear's
+    square: more than the noise of a slide at .1 m/s.
+
+    Args:
+        corner_m: (n, 4, 2) the corners, m.
+        gradient: (4, 2) that of `gradient_per_m`, 1/m.
     """
     bent = np.einsum("nki,kj->jin", corner_m, gradient)
     (x_x, x_y), (y_x, y_y) = bent
@@ -83,13 +88,18 @@ def strain_of(corner_m: Array, gradient: Array) -> Array:
 
 @compiled
 def common(values: Array, precision: Array) -> Array:
-    """The (k,) that the rows of `values` (n, k) have in common: the maximum likelihood of Student's t with 3 degrees.
+    """Returns the (k,) that the rows of `values` (n, k) have in common.
 
-    `precision` (n,) are the rows' inverse variances up to a factor: where the noise grows during a session, the mean of
-    all rows is off by more than the best of them are, which then seem to share a strain.
+    It is the maximum likelihood of Student's t with 3 degrees of freedom. Its weights change smoothly with the values,
+    so that a fit has slopes. The difference of two medians of skew values, as a lens makes them, was off by a per cent
+    of the lens (tests/unit/diagnosis/test_image_rows.py).
 
-    Its weights change smoothly with the values, so that a fit has slopes. The difference of two medians of skew values,
-    as a lens makes them, was off by a per cent of the lens (tests/unit/diagnosis/test_image_rows.py).
+    Where the noise grows during a session, the mean of all rows is off by more than the best of them are, which then
+    seem to share a strain.
+
+    Args:
+        values: (n, k) the rows, in any unit.
+        precision: (n,) the rows' inverse variances up to a factor.
     """
     middle = np.empty(values.shape[1])
     for k in range(values.shape[1]):

@@ -29,17 +29,23 @@ if TYPE_CHECKING:
 
 LEAST_MU = 0.15
 """The smallest coefficient by which residuals are divided; measured friction is several times larger."""
+A_CUBES_LEAD = 0.5
+"""The lead of the pressure under a cube, in widths of its sole, over its friction: its mass is half its width up."""
 
 
 def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channel]:
-    """The channels along, across and turn, from all windows in which the block is clear of the foam."""
+    """Returns the channels along, across and turn, from all windows in which the block is clear of the foam."""
     windows, nodes = recorded.free_windows, len(WEIGHTS)
     if not len(windows):
         return []
     runs, node_ns = windows["run"], windows["node_ns"].ravel()
     tracks, count = [recorded.tracks[run] for run in runs], len(recorded.tracks)
     pose = windows["node_pose"].reshape(-1, 3)
-    down, deviation = _directions(recorded)
+    speed, sigma_rad = _speeds(windows), np.array([track.sigma_rad for track in tracks])
+    rate_rad_s, rate_sigma = expected_rates(
+        windows["node_yaw_rate_rad_s"], windows["velocity_factor"] * sigma_rad, speed, runs
+    )
+    down, deviation = _directions(recorded, rate_rad_s / np.maximum(speed, LEAST_M_S))
     plate = recorded.plate
     uneven = np.repeat(_uneven(windows, plate), nodes, axis=0)
     moments = Moments(
@@ -56,8 +62,6 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
         rest_s=np.repeat(recorded.dwell_by_tilt.typical()[runs], nodes),
     )
     contact = moments.reported
-    sigma_rad = np.array([track.sigma_rad for track in tracks])
-    rate_rad_s, rate_sigma = expected_rates(windows["node_yaw_rate_rad_s"], windows["velocity_factor"] * sigma_rad)
     motion = Motion(
         moments,
         windows["acceleration_m_s2"],
@@ -73,17 +77,17 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
     yaw = np.array([_resting_yaw(track) for track in tracks])
     middle |= {"yaw": yaw, "slide_to_block": contact.way_rad[1::nodes] - yaw}
     span = {name: windows[name] for name in ("run", "from_ns", "to_ns")}
-    relative, turning = _sigmas(recorded, contact, sigma_rad, rate_sigma)
+    relative, carried, turning = _sigmas(recorded, contact, sigma_rad, rate_sigma)
     return [
         Along(rows_of({**span, "sigma": relative}, middle), motion),
         # A direction that is off by its own error puts that share of the friction across.
-        Across(rows_of({**span, "sigma": np.hypot(relative, deviation.sigma_rad)}, middle), motion),
+        Across(rows_of({**span, "sigma": np.hypot(np.hypot(relative, carried), deviation.sigma_rad)}, middle), motion),
         Turn(rows_of({**span, "sigma": turning}, middle), motion),
     ]
 
 
-def _sigmas(recorded: Recorded, contact: Contact, yaw_rad: Array, rate_rad_s: Array) -> tuple[Array, Array]:
-    """Standard deviations (n,) of the friction along, relative, and of the turning, rad/s², from those of yaw and rate.
+def _sigmas(recorded: Recorded, contact: Contact, yaw_rad: Array, rate_rad_s: Array) -> tuple[Array, Array, Array]:
+    """Gives standard deviations (n,) of friction along and of that carried across, relative, and of turning, rad/s².
 
     Of the yaw in one frame it is `yaw_rad` (n,), of the rate of turning `rate_rad_s` (n,).
     """
@@ -98,14 +102,19 @@ def _sigmas(recorded: Recorded, contact: Contact, yaw_rad: Array, rate_rad_s: Ar
         for window in windows
     ]
     noise = np.hypot(acceleration, GRAVITY_M_S2 * np.array(leaning_rad))
-    # Friction against the turning is as uncertain as the yaw's rate, the more the slower the block slides.
-    slowing = TURNING_RADIUS**2 / SQUARE_GYRATION * pressing * mu / np.maximum(contact.speed_m_s[middle], LEAST_M_S)
-    turning = np.hypot(windows["acceleration_factor"] * yaw_rad, slowing * rate_rad_s)
-    return noise / (pressing * mu), turning
+    # Friction against the turning, and what it carries across, are as uncertain as the yaw's rate over the speed.
+    uncertain = rate_rad_s / np.maximum(contact.speed_m_s[middle], LEAST_M_S)
+    carried = A_CUBES_LEAD * mu * np.sqrt(contact.area_m2[middle]) * uncertain
+    slowing = TURNING_RADIUS**2 / SQUARE_GYRATION * pressing * mu * uncertain
+    turning = np.hypot(windows["acceleration_factor"] * yaw_rad, slowing)
+    return noise / (pressing * mu), carried, turning
 
 
 def _seen(recorded: Recorded, moments: Moments, rate_rad_s: Array) -> View:
-    """The camera's view of the windows' nodes (3 n,) on their expected path; blocks turn at `rate_rad_s` (3 n,)."""
+    """Returns the camera's view of the windows' nodes (3 n,) on their expected path.
+
+    Blocks turn at `rate_rad_s` (3 n,).
+    """
     windows, contact = recorded.free_windows, moments.reported
     place_m, velocity_m_s = expected_path(windows, moments.plain)
     return block_view(
@@ -119,27 +128,33 @@ def _seen(recorded: Recorded, moments: Moments, rate_rad_s: Array) -> View:
     )
 
 
-def _directions(recorded: Recorded) -> tuple[Array, ExpectedDirections]:
-    """The direction down the slope at the nodes (n, 3), rad, and the slides' expected deviations from it."""
+def _directions(recorded: Recorded, turn_rad_m: Array) -> tuple[Array, ExpectedDirections]:
+    """Returns the direction down the slope at the nodes (n, 3), rad, and the slides' expected deviations from it."""
     windows = recorded.free_windows
     plate = recorded.plate.at(windows["node_ns"].ravel())
     down = plate.down_rad.reshape(-1, len(NODES))
     off = np.mod(windows["node_way_rad"] - down + np.pi, 2 * np.pi) - np.pi
     angles = (down, down - recorded.facts.mount_rad[windows["run"]][:, None], down - windows["node_pose"][..., 2])
-    found = expected_directions(off, windows["way_sigma_rad"], angles, windows["run"])
+    turning = turn_rad_m * np.sqrt(recorded.facts.area_m2[windows["run"]])[:, None]
+    found = expected_directions(off, windows["way_sigma_rad"], angles, windows["run"], turning=turning)
     level = plate.tilt_rad.reshape(down.shape) < LEAST_SLOPE_RAD
     off_rad, common_rad = (np.where(level, off, expected) for expected in (found.off_rad, found.common_rad))
     return down, replace(found, off_rad=off_rad, common_rad=common_rad)
 
 
+def _speeds(windows: Windows) -> Array:
+    """Returns the blocks' speeds at the nodes (n, 3), m/s."""
+    return np.hypot(windows["node_velocity"][..., 0], windows["node_velocity"][..., 1])
+
+
 def _velocities(windows: Windows, way_rad: Array) -> Array:
-    """Velocities at the nodes (3 n, 2), m/s: the windows' own speeds in directions (n, 3), rad."""
-    speed = np.hypot(windows["node_velocity"][..., 0], windows["node_velocity"][..., 1])
+    """Returns velocities at the nodes (3 n, 2), m/s: the windows' own speeds in directions (n, 3), rad."""
+    speed = _speeds(windows)
     return np.stack([speed * np.cos(way_rad), speed * np.sin(way_rad)], axis=-1).reshape(-1, 2)
 
 
 def _uneven(windows: Windows, plate: PlateMotion) -> Array:
-    """The plate's mean acceleration over each window less that at the nodes (n, 3), rad/s².
+    """Returns the plate's mean acceleration over each window less that at the nodes (n, 3), rad/s².
 
     A plate that is set in motion or stopped has corners there, which three points do not show.
     """
@@ -152,13 +167,13 @@ def _uneven(windows: Windows, plate: PlateMotion) -> Array:
 
 
 def _moments_ns(windows: Windows, nodes: Array) -> Times:
-    """The times (n k,), ns, of nodes (k,), from −1 to 1, in each window."""
+    """Returns the times (n k,), ns, of nodes (k,), from −1 to 1, in each window."""
     middle, half = (windows["from_ns"] + windows["to_ns"]) // 2, 0.5 * (windows["to_ns"] - windows["from_ns"])
     return (middle[:, None] + np.round(half[:, None] * nodes).astype(np.int64)).ravel()
 
 
 def _between(windows: Windows, plate: PlateMotion, uneven: Array) -> Array:
-    """The means of pull and press over each window less those at the nodes (n, 3), m/s²."""
+    """Returns the means of pull and press over each window less those at the nodes (n, 3), m/s²."""
     places, velocities = windows["node_pose"][..., :2], windows["node_velocity"]
 
     def mean(nodes: Array, weights: Array, quicker: Array | float = 0.0) -> Array:
@@ -171,7 +186,7 @@ def _between(windows: Windows, plate: PlateMotion, uneven: Array) -> Array:
 
 
 def _carried(values: Array, nodes: Array) -> Array:
-    """Values (n, 3, 2) at the windows' nodes, extrapolated by a straight line to other nodes (k,): (n k, 2)."""
+    """Returns values (n, 3, 2) at the windows' nodes, extrapolated by a straight line to other nodes (k,): (n k, 2)."""
     slope = (values[:, -1] - values[:, 0]) / (NODES[-1] - NODES[0])
     return (values.mean(axis=1)[:, None] + slope[:, None] * nodes[None, :, None]).reshape(-1, 2)
 

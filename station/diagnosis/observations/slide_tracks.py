@@ -49,12 +49,12 @@ class SlideTracks:
     opening_radius_m: float
 
     def of_runs(self, runs: Bools) -> tuple[SlideTrack, ...]:
-        """The slides of the masked runs (r,)."""
+        """Returns the slides of the masked runs (r,)."""
         return tuple(track for track in self.tracks if runs[track.run])
 
 
 def slide_tracks(recorded: Recorded) -> SlideTracks:
-    """The slides that have windows, each from its first one's beginning to its last one's end, or to the foam."""
+    """Gives the slides that have windows, each from its first one's beginning to its last one's end, or to the foam."""
     windows = recorded.free_windows
     runs, first = np.unique(windows["run"], return_index=True)
     last = np.append(first[1:], len(windows)) - 1

@@ -17,7 +17,7 @@ from station.physics.contact import Array, Contact, View, middle, unit
 from station.physics.dissipation import support_slope
 from station.physics.effect import Effect
 from station.physics.model import Model, Term
-from station.physics.sole import SQUARE_GYRATION, TURNING_RADIUS, carried_across, left_against_turning
+from station.physics.sole import SQUARE_GYRATION, TURNING_RADIUS, left_against_turning
 
 LEAST_MU = 0.05
 LEAST_M_S, LEAST_M_S2 = 1e-3, 1e-2
@@ -77,7 +77,7 @@ class Motion:
         return Latest(self._seen, ("seen",))
 
     def _seen(self, model: Model) -> tuple[Array, Array]:
-        """The windows' apparent acceleration (n, 2), m/s², and how far left their ways seem turned (n,), rad.
+        """Returns the windows' apparent acceleration (n, 2), m/s², and how far left their ways seem turned (n,), rad.
 
         Both are by the model's effects on the picture. A lens that enlarges what is far from its axis makes a block
         that goes there seem to decelerate less, and one that passes beside the axis seem to turn.
@@ -96,12 +96,12 @@ class Motion:
 
 
 def _bends(effect: Effect) -> bool:
-    """True if an effect displaces the picture of a block that slides."""
+    """Returns true if an effect displaces the picture of a block that slides."""
     return effect.layer == "camera" and "seen" in effect.acts_through()
 
 
 def _mean_shift(term: Term, view: View) -> Array:
-    """The shift of the mark's middle (n, 2), m."""
+    """Returns the shift of the mark's middle (n, 2), m."""
     shift = term.effect.seen(view, term.values)
     return np.zeros((len(view.tilt_rad), 2)) if shift is None else middle(shift)
 
@@ -112,7 +112,7 @@ class _Slides(Channel):
     """True if the channel compares forces, from accelerations in the picture."""
 
     def changed_by(self, effect: Effect) -> bool:
-        """True also for effects that bend the picture, which show in the mark's shape far more."""
+        """Returns true also for effects that bend the picture, which show in the mark's shape far more."""
         return super().changed_by(effect) or (self.sees and _bends(effect))
 
     def __init__(self, rows: Rows, motion: Motion) -> None:
@@ -123,25 +123,25 @@ class _Slides(Channel):
         self.travelled_m = np.cumsum(np.hypot(np.diff(x_m, prepend=x_m[:1]), np.diff(y_m, prepend=y_m[:1])))
 
     def _mean(self, values: Array) -> Array:
-        """The mean over each window's nodes with the weak form's weights: (3 n,) to (n,)."""
+        """Returns the mean over each window's nodes with the weak form's weights: (3 n,) to (n,)."""
         return values.reshape(len(self), len(WEIGHTS)) @ WEIGHTS
 
     def _run_effects(self, model: Model) -> tuple[Array | float, Array | float]:
-        """The runs' log friction and residuals, see `Motion`; 0 without onsets."""
+        """Returns the runs' log friction and residuals, see `Motion`; 0 without onsets."""
         return (0.0, 0.0) if self.motion.run_effects is None else self.motion.run_effects(model)
 
     def _middle(self, toward: Array) -> Array:
-        """The windows' mean unit vectors (n, 2) of directions (3 n, 2)."""
+        """Returns the windows' mean unit vectors (n, 2) of directions (3 n, 2)."""
         mean = columns(self._mean(toward[:, 0]), self._mean(toward[:, 1]))
         return mean / np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-12)
 
     def _changed(self, model: Model, load: Load, toward: Array, middle: Array) -> Array:
-        """The pull (n,), m/s², that a model adds in directions (3 n, 2), and at the windows' `middle` ones (n, 2)."""
+        """Returns the pull (n,), m/s², that a model adds in directions (3 n, 2), and at the `middle` ones (n, 2)."""
         added = self._mean(_dot(load.tangential - self.motion.moments.plain.tangential, toward))
         return added + _dot(self.motion.seen(model)[0], middle)
 
     def _force(self, load: Load, toward: Array) -> Array:
-        """The pull (n,), m/s², in directions (3 n, 2), less the windows' accelerations: the recorded friction."""
+        """Gives the pull (n,), m/s², in directions (3 n, 2), less the windows' accelerations: the recorded friction."""
         gained = self.motion.acceleration_m_s2 - self.motion.between[:, :2]
         return self._mean(_dot(load.tangential, toward)) - _dot(gained, self._middle(toward))
 
@@ -180,11 +180,11 @@ class Along(_Slides):
         return self.motion.moments.reported
 
     def friction_m_s2(self) -> Array:
-        """The recorded friction of each window per mass (n,), m/s²."""
+        """Returns the recorded friction of each window per mass (n,), m/s²."""
         return np.exp(self._log_recorded) * self._normal
 
     def residual(self, model: Model) -> Array:
-        """Log of recorded over predicted friction (n,), plus the residual of the run's onset."""
+        """Returns the log of recorded over predicted friction (n,), plus the residual of the run's onset."""
         load = self.motion.moments.loads(model)
         run_effects, onset = self._run_effects(model)
         friction = model.friction(load.contact) * self._sliding
@@ -194,7 +194,7 @@ class Along(_Slides):
         return self._log_recorded - np.log(np.maximum(predicted, 0.05 * self._typical)) + onset
 
     def off(self, model: Model) -> Array:
-        """The friction (n,) along the slide less that of the run's onset: a drop leaves it below throughout."""
+        """Returns the friction (n,) along the slide less that of the run's onset: a drop leaves it below throughout."""
         return self.residual(model) - self._run_effects(model)[1]
 
 
@@ -234,32 +234,29 @@ class Across(_Slides):
         self._recorded = self._force(self._plain, self._left) / self._unit_force
 
     def residual(self, model: Model) -> Array:
-        """Recorded minus predicted sideways force (n,), relative to the friction."""
+        """Returns recorded minus predicted sideways force (n,), relative to the friction."""
         load = self.motion.moments.loads(model)
         slope = support_slope(model, load.contact, self.motion.usual_way)
-        if model.acting("lead") or model.acting("seen"):
+        if model.carries or model.acting("seen"):
             slope = slope + model.friction(load.contact) * self._aside(model)
         held = self._mean(load.normal * slope) * np.exp(self._run_effects(model)[0])
         changed = self._changed(model, load, self._expected_left(load, held), self._middle_left)
         return self._recorded - (held - changed) / self._unit_force
 
     def _aside(self, model: Model) -> Array:
-        """The share (3 n,) of friction that holds across the recorded way, to its right.
+        """Returns the share (3 n,) of friction that holds across the recorded way, to its right.
 
-        A leading pressure carries it aside by turning, see `station.physics.sole`, and it acts against the true way,
-        from which the picture turns the recorded one.
+        A turning block carries it aside where it acts before the mass, see `station.physics.sole`, and it acts against
+        the true way, from which the picture turns the recorded one.
         """
-        turned = np.repeat(self.motion.seen(model)[1], len(WEIGHTS))
-        return self._carried(model) - turned if model.acting("lead") else -turned
-
-    def _carried(self, model: Model) -> Array:
-        """The share (3 n,) of friction that a leading pressure carries aside by turning."""
-        contact = self._plain.contact
-        rate, side_m = self.motion.yaw_rate_rad_s, np.sqrt(contact.area_m2)
-        return carried_across(model.lead(contact), side_m, yaw_rate_rad_s=rate, speed_m_s=contact.speed_m_s)
+        motion, contact = self.motion, self._plain.contact
+        turned = np.repeat(motion.seen(model)[1], len(WEIGHTS))
+        if not model.carries:
+            return -turned
+        return model.carried(contact, yaw_rate_rad_s=motion.yaw_rate_rad_s, speed_m_s=contact.speed_m_s) - turned
 
     def _expected_left(self, load: Load, held: Array) -> Array:
-        """Left (3 n, 2) of the ways that blocks slide under a load of which friction holds `held` (n,), m/s², sideways.
+        """Returns the left (3 n, 2) of blocks' ways under a load of which friction holds `held` (n,), m/s², sideways.
 
         A slide turns off the recorded steepest line by what its whole course adds up to.
         """
@@ -292,7 +289,7 @@ class Turn(_Slides):
         self._against = against / np.maximum(contact.speed_m_s, LEAST_M_S)
 
     def residual(self, model: Model) -> Array:
-        """Recorded minus predicted angular acceleration (n,), rad/s²."""
+        """Returns recorded minus predicted angular acceleration (n,), rad/s²."""
         motion = self.motion
         contact = motion.moments.reported
         against = self._against
@@ -303,11 +300,11 @@ class Turn(_Slides):
         return motion.yaw_acceleration_rad_s2 - self._mean(np.broadcast_to(predicted, len(motion.moments)))
 
     def _across(self, model: Model) -> Array:
-        """The friction (3 n,) to the right of the way, m/s²: by the slope of the model's limit curve."""
+        """Returns the friction (3 n,) to the right of the way, m/s²: by the slope of the model's limit curve."""
         contact = self.motion.moments.reported
         return self._held * support_slope(model, contact, contact.way_rad) / model.friction(contact)
 
 
 def _dot(one: Array, other: Array) -> Array:
-    """Scalar products (n,) of vectors (n, 2); a sum over an axis of two would take several times as long."""
+    """Returns scalar products (n,) of vectors (n, 2); a sum over an axis of two would take several times as long."""
     return one[:, 0] * other[:, 0] + one[:, 1] * other[:, 1]

@@ -79,7 +79,9 @@ class Reread:
 def reread(
     tracks: Sequence[RunTrack], plate: PlateMotion, setting: Setting, rig_offsets: RigOffsets = UNKNOWN_OFFSETS
 ) -> Reread:
-    """The runs with their slips re-estimated, if the slides are not plain or by the `rig_offsets`; else unchanged.
+    """Returns the runs with their slips re-estimated, if the slides are not plain or by the `rig_offsets`.
+
+    Otherwise they are unchanged.
 
     A block that lay against the foam was held or pushed by it: its slide says nothing about the others'.
     """
@@ -133,14 +135,17 @@ def _moved(track: RunTrack, slip: Slipping) -> RunTrack:
 
 
 def _slips(paths: Breakaways, law: Law, origin_ns: Mapping[int, int]) -> dict[int, Slipping]:
-    """Each run's slip, by the indices of `origin_ns`, from which its times are counted."""
+    """Returns each run's slip, by the indices of `origin_ns`, from which its times are counted."""
     paths = paths.nearer(law, READ).nearer(law, READ)
     read = zip(origin_ns.items(), paths.runs, paths.chances(law), paths.tried_s, strict=True)
     return {index: _slip(run, origin, chance, tried) for (index, origin), run, chance, tried in read}
 
 
 def _slip(run: Early, origin_ns: int, chance: Array, tried_s: Array) -> Slipping:
-    """A run's slip; the moments are those that its own loads make likely, the tilt is that of the configured pivot."""
+    """Returns a run's slip.
+
+    The moments are those that its own loads make likely, and the tilt is that of the configured pivot.
+    """
     configured = run.turning_about(np.zeros(3))
     time_s = float(chance @ tried_s)
     near = np.abs(run.grid_s - time_s) < UNSEEN_S
@@ -150,7 +155,7 @@ def _slip(run: Early, origin_ns: int, chance: Array, tried_s: Array) -> Slipping
 
 
 def _expected(run: Early, chance: Array, tried_s: Array) -> tuple[float, float]:
-    """Mean and standard deviation of the steepest tilt until the slip."""
+    """Returns the mean and standard deviation of the steepest tilt until the slip."""
     tilt = np.interp(tried_s, run.grid_s, np.maximum.accumulate(run.tilt_rad))
     mean = float(chance @ tilt)
     return mean, math.sqrt(float(chance @ (tilt - mean) ** 2))

@@ -14,7 +14,7 @@ FREE_M = 1e-4
 
 
 def starts(tracks: Sequence[RunTrack]) -> Array:
-    """Poses (n, 3), x and y (m) and yaw (rad), before the runs, from the samples or else from the tracks."""
+    """Returns poses (n, 3), x and y (m) and yaw (rad), before the runs, from the samples or else from the tracks."""
     poses = list[tuple[float, float, float]]()
     for track in tracks:
         sample = track.sample
@@ -26,5 +26,5 @@ def starts(tracks: Sequence[RunTrack]) -> Array:
 
 
 def leans(track: RunTrack, setting: Setting) -> bool:
-    """True if the block lay against the foam, which holds it, and pushes it aside where it slides along."""
+    """Returns true if the block lay against the foam, which holds it, and pushes it aside where it slides along."""
     return bool(setting.free_m(starts([track]))[0] <= FREE_M)

@@ -47,7 +47,10 @@ def spans(from_ns: int, to_ns: int) -> Iterator[tuple[int, int]]:
 
 
 def stretch(run: int, track: RunTrack, from_ns: int, to_ns: int, *, moving: bool = False) -> tuple[Any, ...] | None:
-    """One row of `Stretches`; None with too few frames. Only of a `moving` block is the velocity not taken for 0."""
+    """Returns one row of `Stretches`; None with too few frames.
+
+    Only of a `moving` block is the velocity not taken for 0.
+    """
     part = track.frames(from_ns, to_ns)
     count = part.stop - part.start
     if count < LEAST_FRAMES:
@@ -64,7 +67,7 @@ def stretch(run: int, track: RunTrack, from_ns: int, to_ns: int, *, moving: bool
 
 
 def mean_slopes(seconds: Array, values: Array) -> Array:
-    """The mean (k,) over the frames, per second, of the slopes of `values` (n, k) at `seconds` (n,), by a cubic.
+    """Gives the mean (k,) over the frames, per second, of the slopes of `values` (n, k) at `seconds` (n,), by a cubic.
 
     In a slide the plate turns back, and its pull falls by some 7 m/s³. A straight line's slope, which the middle of a
     stretch decides, is .6 % above that mean, which shears the mean picture (tests/unit/diagnosis/test_image_rows.py).
@@ -76,7 +79,7 @@ def mean_slopes(seconds: Array, values: Array) -> Array:
 
 
 def mean_shape(seen: Array, turned_rad: Array) -> Array:
-    """The mean corners (4, 2), m, around their centre, of `seen` (n, 4, 2), m, that have turned by `turned_rad` (n,).
+    """Returns the mean corners (4, 2), m, around their centre, of `seen` (n, 4, 2), m, turned by `turned_rad` (n,).
 
     Each frame's corners are turned back by what that frame shows: the mean of a square in many headings is a smaller
     square. A steady turn will not do: an uneven sole turns a block by 50 rad/s², which shrinks the mean by .01 %.
@@ -88,7 +91,7 @@ def mean_shape(seen: Array, turned_rad: Array) -> Array:
 
 
 def view_of(stretches: Stretches, recorded: Recorded) -> View:
-    """The camera's view of the block's mark in each of `stretches` (n,), whose fields have the units of STRETCH."""
+    """Returns the camera's view of the block's mark in each of `stretches` (n,), with fields in STRETCH's units."""
     middle = (stretches["from_ns"] + stretches["to_ns"]) // 2
     tilt_rad, down_rad = mean_attitude(recorded, stretches["from_ns"], stretches["to_ns"])
     return block_view(
@@ -104,9 +107,12 @@ def view_of(stretches: Stretches, recorded: Recorded) -> View:
 
 
 def mean_attitude(recorded: Recorded, from_ns: NDArray[np.int64], to_ns: NDArray[np.int64]) -> tuple[Array, Array]:
-    """Tilt and direction of descent (n,), rad, of gravity's mean over stretches: the plate may move in them.
+    """Returns tilt and direction of descent (n,), rad, of gravity's mean over stretches: the plate may move in them.
 
-    They last from `from_ns` (n,) to `to_ns` (n,), ns.
+    Args:
+        recorded: the recording.
+        from_ns: (n,) when the stretches begin, ns.
+        to_ns: (n,) when they end, ns.
     """
     gravity = recorded.plate.at(between(from_ns, to_ns, MEAN_POINTS)).gravity
     x, y, z = gravity.reshape(len(from_ns), MEAN_POINTS, 3).mean(axis=1).T
@@ -114,6 +120,6 @@ def mean_attitude(recorded: Recorded, from_ns: NDArray[np.int64], to_ns: NDArray
 
 
 def between(from_ns: NDArray[np.int64], to_ns: NDArray[np.int64], count: int) -> NDArray[np.int64]:
-    """The middles (n count,), ns, of `count` equal parts of each time from `from_ns` (n,) to `to_ns` (n,)."""
+    """Returns the middles (n count,), ns, of `count` equal parts of each time from `from_ns` (n,) to `to_ns` (n,)."""
     shares = (np.arange(count) + 0.5) / count
     return (from_ns[:, None] + np.round(shares * (to_ns - from_ns)[:, None]).astype(np.int64)).ravel()

@@ -37,8 +37,11 @@ class Swing:
     def of(cls, at: Attitude, way: Array, *, sliding: Array, resting: Array) -> Swing:
         """Builds it from the plate's motion, the slide's direction, and the loads.
 
-        The direction is the unit vector `way` (2,) in P, the loads are `sliding` (m, 3) and `resting` (m, 3), m/s² in
-        P.
+        Args:
+            at: the plate's motion.
+            way: (2,) the slide's direction in P, a unit vector.
+            sliding: (m, 3) the loads of a sliding block in P, m/s².
+            resting: (m, 3) the loads of a resting block in P, m/s².
         """
         turning = _felt_per_m(at)
         return cls(
@@ -51,11 +54,11 @@ class Swing:
         )
 
     def loads(self, arm_m: Array) -> Array:
-        """Pull and press (2, m), m/s², of the sliding block with the arm `arm_m` (3,), m in P."""
+        """Returns pull and press (2, m), m/s², of the sliding block with the arm `arm_m` (3,), m in P."""
         return self.sliding + self.per_m @ arm_m
 
     def tilt_rad(self, added: Array) -> Array:
-        """The tilts (m,) at which a plate at rest would load a resting block in the ratio that this one does.
+        """Returns the tilts (m,) at which a plate at rest would load a resting block in the ratio that this one does.
 
         `added` (2, m) is what its pull and press, m/s², have beyond those of the configured pivot.
         """
@@ -67,5 +70,5 @@ class Swing:
 
 
 def _felt_per_m(at: Attitude) -> Array:
-    """The push (m, 3, 3), m/s², that a resting block feels along P's axes for each metre from the pivot, along each."""
+    """Returns the push (m, 3, 3), m/s², on a resting block along P's axes for each metre from the pivot, along each."""
     return np.stack([turned_push(at.acceleration_rad_s2, at.rate_rad_s, axis) for axis in np.eye(3)], axis=-1)

@@ -24,7 +24,7 @@ from station.signals.measured import Measured
 
 
 def table_evidence(recorded: Measured | Sequence[Sample], setting: Setting) -> Evidence:
-    """The evidence of a table's rows; what a row lacks has the columns' defaults."""
+    """Returns the evidence of a table's rows; what a row lacks has the columns' defaults."""
     table = recorded if isinstance(recorded, Measured) else Measured.of(recorded)
     rows = in_windows(TableRows.of(table))
     notes = list(_notes(table, rows))
@@ -58,7 +58,7 @@ def _notes(table: Measured, rows: TableRows) -> Iterator[str]:
 
 
 def _free(rows: TableRows, setting: Setting) -> tuple[TableRows, int]:
-    """The rows without those of blocks that lay against the foam, which holds them, and the number of these."""
+    """Returns the rows without those of blocks that lay against the foam, which holds them, and the number of these."""
     free_m = np.where(np.isfinite(rows.foam_free_m), rows.foam_free_m, setting.free_m(places_m(rows)))
     leaned = ~rows.pulled & (free_m <= FREE_M)
     return rows.chosen(np.flatnonzero(~leaned)), int(leaned.sum())
@@ -74,7 +74,7 @@ def _facts(rows: TableRows, setting: Setting) -> RunFacts:
 
 
 def _channels(rows: TableRows, facts: RunFacts, setting: Setting) -> Iterator[Channel]:
-    """The onsets or the friction at rest, then the friction while sliding; only what there are rows of."""
+    """Yields the onsets or the friction at rest, then the friction while sliding; only what there are rows of."""
     moving = rows.pulled & (rows.speed_m_s > 0)
     if (~rows.pulled).any():
         yield onsets_of(rows, facts, setting, np.flatnonzero(~rows.pulled))

@@ -16,7 +16,7 @@ from station.physics.reversals import SWINGS
 
 
 def onsets_of(rows: TableRows, facts: RunFacts, setting: Setting, runs: Times) -> Onsets:
-    """The onsets of the rows with the indices `runs` (m,), which are those of their runs as well."""
+    """Returns the onsets of the rows with the indices `runs` (m,), which are those of their runs as well."""
     chosen = rows.chosen(runs)
     time_ns, place_m = moments_ns(rows)[runs], places_m(chosen)
     moments = Moments(
@@ -39,7 +39,7 @@ def _sigma_rad(rows: TableRows) -> Array:
 
 
 def _attitude(rows: TableRows, delay_s: float) -> Attitude:
-    """The plate at the onsets, tilted about the axis at β: down the slope is (sin β, −cos β)."""
+    """Returns the plate at the onsets, tilted about the axis at β: down the slope is (sin β, −cos β)."""
     rate = rows.of_samples("tilt_rate_rad_s")
     tilt, beta = rows.of_samples("onset_angle_rad") - rate * delay_s, azimuths_rad(rows)
     gravity = np.column_stack([np.sin(tilt) * np.sin(beta), -np.sin(tilt) * np.cos(beta), -np.cos(tilt)])

@@ -20,7 +20,7 @@ UNKNOWN = 1e-3
 
 
 def pulled_of(name: str, rows: TableRows, facts: RunFacts, mask: Bools) -> Pulled:
-    """The rows that a mask (n,) marks, as the channel of that name."""
+    """Returns the rows that a mask (n,) marks, as the channel of that name."""
     runs = np.flatnonzero(mask)
     chosen = rows.chosen(runs)
     contact = _contact(chosen, facts, runs)
@@ -30,7 +30,7 @@ def pulled_of(name: str, rows: TableRows, facts: RunFacts, mask: Bools) -> Pulle
 
 
 def _contact(rows: TableRows, facts: RunFacts, runs: Times) -> Contact:
-    """Level contacts (n,) that are pulled down the slope that they would have on a plate tilted about β."""
+    """Returns level contacts (n,) that are pulled down the slope that they would have on a plate tilted about β."""
     zero, place_m = np.zeros(len(rows)), places_m(rows)
     down = azimuths_rad(rows) - math.pi / 2
     return Contact(

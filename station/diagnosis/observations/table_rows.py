@@ -47,7 +47,7 @@ class TableRows:
 
     @classmethod
     def of(cls, table: Measured) -> TableRows:
-        """The rows with a usable angle or coefficient.
+        """Returns the rows with a usable angle or coefficient.
 
         Their order is that of their runs and times. Where the table has none, a row's place says nothing, and a
         checksum of its cells takes its place: the same rows give the same answer however they are sorted.
@@ -87,20 +87,20 @@ class TableRows:
         return len(self.samples)
 
     def columns(self) -> dict[str, NDArray[Any]]:
-        """The fields that are arrays (n,), by name."""
+        """Returns the fields that are arrays (n,), by name."""
         named = {one.name: getattr(self, one.name) for one in fields(self)}
         return {name: values for name, values in named.items() if isinstance(values, np.ndarray)}
 
     def chosen(self, indices: Index) -> TableRows:
-        """The rows with these indices."""
+        """Returns the rows with these indices."""
         return replace(self, **{name: values[indices] for name, values in self.columns().items()})
 
     def of_samples(self, name: str) -> Array:
-        """A field (n,) of the rows' samples."""
+        """Returns a field (n,) of the rows' samples."""
         return np.array([getattr(sample, name) for sample in self.samples], dtype=np.float64)
 
     def typical_first(self) -> TableRows:
-        """The rows of each group with those nearest to its median friction first.
+        """Returns the rows of each group with those nearest to its median friction first.
 
         Whitening judges each row by those before it: an outlier that came first would make the others seem to be some.
         """
@@ -131,7 +131,7 @@ class TableRows:
 
 
 def _coefficient(table: Measured) -> Array:
-    """Friction over load (n,), or the coefficient itself where the table has it; else nan."""
+    """Returns friction over load (n,), or the coefficient itself where the table has it; else nan."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = table.column("friction_force_n") / table.column("normal_load_n")
     given = table.column("friction_coefficient")
@@ -140,7 +140,7 @@ def _coefficient(table: Measured) -> Array:
 
 
 def _loads_n(table: Measured, steady: Bools) -> Array:
-    """The normal loads (n,), N, also of blocks that slide steadily down a slope; nan where unknown."""
+    """Returns the normal loads (n,), N, also of blocks that slide steadily down a slope; nan where unknown."""
     noted = table.column("normal_load_n")
     weight = np.array([sample.block_mass_kg * math.cos(sample.onset_angle_rad) for sample in table.samples])
     pressed = np.where(steady & (weight > 0), GRAVITY_M_S2 * weight, np.nan)
@@ -148,7 +148,7 @@ def _loads_n(table: Measured, steady: Bools) -> Array:
 
 
 def _time_ns(table: Measured) -> Times:
-    """The time (n,) of each row, ns; 0 where it is unknown."""
+    """Returns the time (n,) of each row, ns; 0 where it is unknown."""
     noted = np.array([sample.slip_ns or sample.detect_ns for sample in table.samples], dtype=np.int64)
     seconds = table.column("time_s")
     return np.where(np.isfinite(seconds), np.round(np.nan_to_num(seconds) * 1e9).astype(np.int64), noted)
@@ -160,7 +160,7 @@ def _checksums(table: Measured) -> Index:
 
 
 def _number(run: Index, time_ns: Times) -> Array:
-    """The runs' numbers (n,) from 0 on; without any, the ranks of the times, and 0 without these."""
+    """Returns the runs' numbers (n,) from 0 on; without any, the ranks of the times, and 0 without these."""
     known = run if len(run) and np.ptp(run) else np.unique(time_ns, return_inverse=True)[1]
     return np.asarray(known - known.min(initial=known[0] if len(known) else 0), dtype=np.float64)
 
@@ -172,5 +172,5 @@ def _groups(table: Measured, order: Index) -> Index | None:
 
 
 def mass_of(load_n: Array, tilt_rad: Array | float = 0.0) -> Array:
-    """The mass (n,), kg, whose weight presses with `load_n` (n,), N, on a plate of that tilt."""
+    """Returns the mass (n,), kg, whose weight presses with `load_n` (n,), N, on a plate of that tilt."""
     return load_n / (GRAVITY_M_S2 * np.cos(tilt_rad))

@@ -19,23 +19,23 @@ APART_NS = 600_000_000_000
 
 
 def places_m(rows: TableRows) -> Array:
-    """The places (n, 2) on the plate, m."""
+    """Returns the places (n, 2) on the plate, m."""
     return np.column_stack([rows.of_samples("start_x_m"), rows.of_samples("start_y_m")])
 
 
 def azimuths_rad(rows: TableRows) -> Array:
-    """The azimuths β (n,) of the tilts' axes."""
+    """Returns the azimuths β (n,) of the tilts' axes."""
     noted, direction = rows.of_samples("azimuth_rad"), rows.of_samples("direction")
     return np.where((noted != 0.0) | (direction < 0.0), noted, direction * math.pi / 2)
 
 
 def moments_ns(rows: TableRows) -> Times:
-    """The times (n,) of the rows, invented where they are unknown."""
+    """Returns the times (n,) of the rows, invented where they are unknown."""
     return np.where(rows.time_ns != 0, rows.time_ns, (np.arange(len(rows)) + 1) * APART_NS)
 
 
 def rests_s(rows: TableRows, typical_rad: float) -> Array:
-    """The dwells (n,), s, until the typical onset; a run's own comes later where its friction is high."""
+    """Returns the dwells (n,), s, until the typical onset; a run's own comes later where its friction is high."""
     return np.array([_rest_s(sample, typical_rad) for sample in rows.samples])
 
 
@@ -47,9 +47,13 @@ def _rest_s(sample: Sample, typical_rad: float) -> float:
 
 
 def rows_from(chosen: TableRows, runs: Times, sigma: Array, contact: Contact) -> Rows:
-    """A channel's rows, whose runs have the indices `runs` (n,).
+    """Returns a channel's rows of some runs.
 
-    `sigma` (n,) is the standard deviation of the measurement, in the residual's unit.
+    Args:
+        chosen: the table's rows.
+        runs: (n,) the indices of the rows' runs.
+        sigma: (n,) the standard deviation of the measurement, in the residual's unit.
+        contact: the contacts of the same rows.
     """
     return rows_of(
         {

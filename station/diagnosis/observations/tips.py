@@ -68,7 +68,7 @@ NO_TIPS = Tips(
 
 
 def tips_of(recorded: Recorded) -> Tips:
-    """The tips of the runs whose plate was tilted and whose block's heading is known."""
+    """Returns the tips of the runs whose plate was tilted and whose block's heading is known."""
     corners = recorded.signals.corners
     rows = [
         row
@@ -114,7 +114,7 @@ def _row(run: int, track: RunTrack, corners: CornerTrack, plate: PlateMotion) ->
 
 
 def _yaw(track: RunTrack) -> float | None:
-    """The block's yaw before the tilt, rad; None if unknown."""
+    """Returns the block's yaw before the tilt, rad; None if unknown."""
     seen = track.pose[track.frames(track.level_ns, track.tilt_ns), 2]
     if len(seen):
         return float(np.median(seen))
@@ -122,14 +122,14 @@ def _yaw(track: RunTrack) -> float | None:
 
 
 def _steepness(time_ns: Times, yaw_rad: float, plate: PlateMotion) -> tuple[Array, Array]:
-    """The steepness (n, 4) towards each edge (see `Tips`), at least 0, and the tilt (n,), rad, at times (n,), ns."""
+    """Returns the steepness (n, 4) towards each edge (see `Tips`), ≥ 0, and the tilt (n,), rad, at times (n,), ns."""
     at = plate.at(time_ns)
     off = np.asarray(at.down_rad - yaw_rad)[:, None] - np.pi / 2 * np.arange(4.0)
     return np.tan(at.tilt_rad)[:, None] * np.maximum(np.cos(off), 0.0), at.tilt_rad
 
 
 def _fell_ns(track: RunTrack, corners: CornerTrack, steepest_ns: int) -> int | None:
-    """The time at which the block was first seen to topple; None if it was not, or only once it slid.
+    """Returns the time at which the block was first seen to topple; None if it was not, or only once it slid.
 
     If only the sample says that it toppled, the time is that of the steepest plate.
     """

@@ -22,13 +22,13 @@ UNKNOWN_PX = 0.05
 
 
 def corner_sigma_px(corners: CornerTrack) -> Array:
-    """Standard deviation (n,) of one corner in each frame, px, in x and in y."""
+    """Returns the standard deviation (n,) of one corner in each frame, px, in x and in y."""
     known = np.isfinite(corners.sigma_px) & (corners.sigma_px > 0)
     return np.where(known, corners.sigma_px, UNKNOWN_PX)
 
 
 def track_noise(time_ns: Times, values: Array, place_m: Array, flat: Bools) -> float | None:
-    """Standard deviation of values in one frame, from their third differences while the block slides flat.
+    """Returns the standard deviation of values in one frame, from their third differences while the block slides flat.
 
     A steady acceleration leaves no third difference. It is None if the block slides too little.
 

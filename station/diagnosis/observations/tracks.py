@@ -81,7 +81,7 @@ class RunTrack:
         return int(middle_ns[np.argmax(fast)]) if fast.any() else self.end_ns
 
     def frames(self, from_ns: int, to_ns: int) -> slice:
-        """The frames with from_ns ≤ time < to_ns."""
+        """Returns the frames with from_ns ≤ time < to_ns."""
         first, last = np.searchsorted(self.time_ns, (from_ns, to_ns))
         return slice(int(first), int(last))
 
@@ -99,7 +99,7 @@ class _Track:
 
 
 def run_tracks(signals: Signals) -> tuple[RunTrack, ...]:
-    """The runs that have a sample, in their order; without corners or a calibration their tracks are empty."""
+    """Returns the runs that have a sample, in their order; without corners or a calibration their tracks are empty."""
     track = _track_of(signals)
     bounds = _bounds(signals)
     return tuple(_run_track(sample, bounds[sample.run], track) for sample in signals.samples if sample.run in bounds)
@@ -150,7 +150,7 @@ def _other_tracker(block: PoseTrack) -> _Track:
 
 
 def _heading(turn: Array) -> Array:
-    """The heading (n,) in P, rad, of blocks with orientations (n, 3, 3), on whichever face they lie.
+    """Returns the heading (n,) in P, rad, of blocks with orientations (n, 3, 3), on whichever face they lie.
 
     It is that of the axis after the upright one, x for a block on its own sole: the heading of an axis that stands
     upright itself would be noise.
@@ -161,7 +161,7 @@ def _heading(turn: Array) -> Array:
 
 
 def _bounds(signals: Signals) -> Mapping[int, tuple[int, int, int, int]]:
-    """Each run's begin of the level stretch, of the tilt and of the return, and its end, ns."""
+    """Returns each run's begin of the level stretch, of the tilt and of the return, and its end, ns."""
     events, bounds = signals.events, dict[int, tuple[int, int, int, int]]()
     for run in signals.runs:
         of_run = events.select(events.run == run)
@@ -205,7 +205,7 @@ def _run_track(sample: Sample, bounds: tuple[int, int, int, int], track: _Track)
 
 
 def _landed_ns(time_ns: Times, flat: Bools) -> int:
-    """The time, ns, at which a thrown block finally lay flat and the impact was over; 0 if never."""
+    """Returns the time, ns, at which a thrown block finally lay flat and the impact was over; 0 if never."""
     if not len(flat) or not flat[-1]:
         return 0
     lifted = np.flatnonzero(~flat)
@@ -214,7 +214,10 @@ def _landed_ns(time_ns: Times, flat: Bools) -> int:
 
 
 def _stop(time_ns: Times, pose: Array, slip_ns: int, sigma_m: float) -> int:
-    """The time, ns, at which a block that had moved was slow again, or else the end of the run; 0 if it never moved."""
+    """Returns the time, ns, at which a block that had moved was slow again, or else the end of the run.
+
+    It is 0 if it never moved.
+    """
     if not slip_ns or len(time_ns) < 3 * _STOP_FRAMES:
         return 0
     middle, speed, noise = _speeds(time_ns, pose, sigma_m)
@@ -230,7 +233,7 @@ def _stop(time_ns: Times, pose: Array, slip_ns: int, sigma_m: float) -> int:
 
 
 def _speeds(time_ns: Times, pose: Array, sigma_m: float) -> tuple[Times, Array, float]:
-    """Times, ns, and speeds (n,), m/s, over _STOP_FRAMES frames each, and the speed that noise alone reaches."""
+    """Gives times, ns, and speeds (n,), m/s, over _STOP_FRAMES frames each, and the speed that noise alone reaches."""
     step = np.hypot(*(pose[_STOP_FRAMES:, :2] - pose[:-_STOP_FRAMES, :2]).T)
     passed = (time_ns[_STOP_FRAMES:] - time_ns[:-_STOP_FRAMES]) * 1e-9
     middle = (time_ns[_STOP_FRAMES:] + time_ns[:-_STOP_FRAMES]) // 2

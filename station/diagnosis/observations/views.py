@@ -25,7 +25,7 @@ def block_view(
     rest_s: Array,
     limit_rad: Array | None = None,
 ) -> View:
-    """The view of the mark on blocks; the arguments but the first two are those of `View`.
+    """Returns the view of the mark on blocks; the arguments but the first two are those of `View`.
 
     Without the camera's geometry the mark is taken to be as large as the block.
 
@@ -67,9 +67,14 @@ def block_view(
 def fixed_view(
     point_m: Array, geometry: CameraGeometry, *, image_height_px: int, tilt_rad: Array, down_rad: Array
 ) -> View:
-    """The view of a fiducial that is fixed to the plate, with its corners at `point_m` (n, 4, 2), m.
+    """Returns the view of a fiducial that is fixed to the plate.
 
-    `tilt_rad` (n,) and `down_rad` (n,), rad, are those of `View`.
+    Args:
+        point_m: (n, 4, 2) its corners in P, m.
+        geometry: the camera's geometry.
+        image_height_px: the picture's height, px.
+        tilt_rad: (n,) the plate's tilt as in `View`, rad.
+        down_rad: (n,) the direction of the steepest descent as in `View`, rad.
     """
     count = len(point_m)
     return View(
@@ -86,7 +91,7 @@ def fixed_view(
 
 
 def _camera(geometry: CameraGeometry, image_height_px: int, *, nearer: float = 1.0) -> dict[str, Any]:
-    """The fields of `View` that are the camera's own; the picture's scale is `nearer` times that on the plate."""
+    """Gives the fields of `View` that are the camera's own; the picture's scale is `nearer` times that on the plate."""
     row_m = _row_m(geometry)
     length_m = float(np.linalg.norm(row_m))
     return {
@@ -99,7 +104,7 @@ def _camera(geometry: CameraGeometry, image_height_px: int, *, nearer: float = 1
 
 
 def _row_m(geometry: CameraGeometry) -> Array:
-    """The way (2,), m, on the plate from a row of the picture to the next, where the camera looks straight down."""
+    """Gives the way (2,), m, on the plate from a row of the picture to the next, if the camera looks straight down."""
     if not geometry.plate_from_pixel:
         return np.array([0.0, -1e-3 * geometry.mm_per_px])
     homography = np.reshape(geometry.plate_from_pixel, (3, 3))
@@ -109,5 +114,5 @@ def _row_m(geometry: CameraGeometry) -> Array:
 
 
 def _nearer(geometry: CameraGeometry) -> float:
-    """Ratio of the picture's scale, m a pixel, at the mark's height to that on the plate."""
+    """Returns the ratio of the picture's scale, m a pixel, at the mark's height to that on the plate."""
     return mark_scale(geometry) if geometry.camera_height_m > geometry.mark_height_m else 1.0

@@ -31,7 +31,7 @@ FINE_NODES: Array = np.linspace(-1.0, 1.0, 41)
 
 
 def weight_of(times: Array) -> Array:
-    """The weight at FINE_NODES (41,), with sum 1, of a parabola's fit to places at `times` (k,), from −1 to 1.
+    """Returns the weight at FINE_NODES (41,), with sum 1, of a parabola's fit to places at `times` (k,), from −1 to 1.
 
     It follows from two integrations by parts: the fit's curvature is a sum of places, and each place is the double
     integral of the acceleration.
@@ -42,7 +42,7 @@ def weight_of(times: Array) -> Array:
 
 
 def _gauss(weight: Array) -> tuple[Array, Array]:
-    """Three nodes and weights that average polynomials up to the fifth degree as the even `weight` (41,) does."""
+    """Gives three nodes and weights that average polynomials up to the fifth degree as the even `weight` (41,) does."""
     second, fourth = (float(weight @ FINE_NODES**power) for power in (2, 4))
     far, share = math.sqrt(fourth / second), 0.5 * second**2 / fourth
     return np.array([-far, 0.0, far]), np.array([share, 1.0 - 2.0 * share, share])
@@ -72,13 +72,13 @@ Windows = NDArray[Any]
 
 
 def windows_of(tracks: Sequence[RunTrack], setting: Setting) -> Windows:
-    """The windows (n,) of all slides, run by run in their order; a run is given by its index among the tracks."""
+    """Gives the windows (n,) of all slides, run by run in their order; a run is given by its index among the tracks."""
     rows = [(run, *window) for run, track in enumerate(tracks) for window in _of_track(track, setting)]
     return np.array(rows, dtype=WINDOW)
 
 
 def _of_track(track: RunTrack, setting: Setting) -> Iterator[tuple[Any, ...]]:
-    """The windows of a slide, side by side, from MARGIN_NS after the onset to MARGIN_NS before the stop.
+    """Yields the windows of a slide, side by side, from MARGIN_NS after the onset to MARGIN_NS before the stop.
 
     A window with a moment of rest would show too little acceleration. Windows in which the block hardly moves are left
     out. They are laid from the stop back: counted from the onset as read, its error would decide which windows a slide
@@ -116,7 +116,7 @@ class Course:
 
     @classmethod
     def of(cls, place_m: Array, *, sigma_m: float) -> Course | None:
-        """The course of a path `place_m` (n, 2), m in P; None if it is too short."""
+        """Returns the course of a path `place_m` (n, 2), m in P; None if it is too short."""
         if len(place_m) < FRAMES:
             return None
         middle, main = place_m.mean(axis=0), place_m[-1] - place_m[0]
@@ -135,7 +135,7 @@ class Course:
         return cls(middle=middle, main=main, fit=fit, inverse=inverse @ inverse.T, scale_m=length, sigma_m=sigma_m)
 
     def at(self, place_m: Array) -> tuple[Array, Array]:
-        """The direction (m,), rad in P, at `place_m` (m, 2), m, near the path, and its standard error (m,), rad."""
+        """Gives the direction (m,), rad in P, at `place_m` (m, 2), m, near a path, and its standard error (m,), rad."""
         along, _ = _along_aside(place_m - self.middle, self.main)
         share = along / self.scale_m
         order = np.arange(len(self.fit))

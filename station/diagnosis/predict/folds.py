@@ -47,12 +47,12 @@ class Fold:
     anew: bool
 
     def of(self, evidence: Evidence) -> Evidence:
-        """The evidence that the fold was fitted to."""
+        """Returns the evidence that the fold was fitted to."""
         return evidence.without(self.left_out)
 
 
 def assigned(evidence: Evidence, rng: np.random.Generator) -> Array:
-    """The number of each run's fold (r,): whole groups if there are enough of them, else runs at random.
+    """Returns the number of each run's fold (r,): whole groups if there are enough of them, else runs at random.
 
     Groups that the table names stay together even if there are fewer of them than folds: two are enough.
     """
@@ -87,7 +87,10 @@ def named(
 
 
 def _refitted(part: Evidence, whole: Search, *, anew: bool) -> Fold:
-    """The model of all runs refitted to a part of them; `anew` is True if the part knows nothing of the others."""
+    """Returns the model of all runs refitted to a part of them.
+
+    `anew` is True if the part knows nothing of the others.
+    """
     before = fit(part, whole.null.model, (), noise=None if anew else whole.null.noise)
     after = fit(part, whole.model.model, whole.found, noise=whole.model.noise) if whole.found else before
     names = tuple(effect.id for effect in whole.found)
@@ -143,26 +146,26 @@ def _searched(
 
 
 def _with_less(part: Evidence, fold: Fold) -> Fold:
-    """The fold with a fit without each of its names; without a single name that is the plain model."""
+    """Returns the fold with a fit without each of its names; without a single name that is the plain model."""
     if len(fold.named) == 1:
         return replace(fold, less={fold.named[0]: fold.before})
     return replace(fold, less={name: less(part, fold.after, name) for name in fold.named})
 
 
 def dropped(evidence: Evidence, fold: Fold, name: str) -> Fold:
-    """The fold without one of its names."""
+    """Returns the fold without one of its names."""
     named = tuple(other for other in fold.named if other != name)
     return _with_less(fold.of(evidence), replace(fold, after=fold.less[name], named=named))
 
 
 def less(evidence: Evidence, after: Fit, name: str) -> Fit:
-    """The fit without one of its effects."""
+    """Returns the fit without one of its effects."""
     rest = systematic.less(after.model, name)
     return fit(evidence, rest, claimable(rest), noise=after.noise)
 
 
 def refitted(evidence: Evidence, whole: Fit, effects: Sequence[Effect], fold: Array) -> tuple[tuple[Bools, Fit], ...]:
-    """For each fold its runs (r,) and the fit of given effects without them, begun from the whole fit.
+    """Returns for each fold its runs (r,) and the fit of given effects without them, begun from the whole fit.
 
     `fold` (r,) has the number of each run's fold.
     """

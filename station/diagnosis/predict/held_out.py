@@ -65,7 +65,7 @@ def held_out(evidence: Evidence, whole: Fit, effects: Sequence[Effect], fold: Ar
 
 
 def predicted(evidence: Evidence, parts: Parts) -> HeldOut:
-    """The predictions of runs by fits that have not seen them; their slides are nan (see `with_paths`).
+    """Returns the predictions of runs by fits that have not seen them; their slides are nan (see `with_paths`).
 
     The log prior of the nuisances counts here as it does in the fit, each run's share of it: a plain model that reads
     all onsets late by seven times what is plausible predicts well, and is not right.
@@ -85,7 +85,7 @@ def predicted(evidence: Evidence, parts: Parts) -> HeldOut:
 
 
 def with_paths(evidence: Evidence, held: HeldOut, parts: Parts) -> HeldOut:
-    """The predictions with the slides simulated again by fits that have not seen them."""
+    """Returns the predictions with the slides simulated again by fits that have not seen them."""
     path, turn = np.full((2, evidence.runs), np.nan)
     for left_out, part in parts:
         found = slide_errors(evidence, part.model, left_out, run_effects=_run_effects(evidence, part))
@@ -107,7 +107,9 @@ def _onsets(channel: Onsets, part: Fit, left_out: Bools, *, onset: Array, within
 
 
 def _run_effects(evidence: Evidence, part: Fit) -> Array:
-    """Expected log (r,) of the factor on the model's friction in each run's slide; nan where the onset is unknown.
+    """Returns the expected log (r,) of the factor on the model's friction in each run's slide.
+
+    It is nan where the onset is unknown.
 
     It is that by which the friction at the recorded onset differs from the model's. The onset's residual is not: with a
     tilt that is read a degree low, a run whose friction is 1.3 times the others' has a residual of 1.32.

@@ -54,7 +54,7 @@ def sifted(evidence: Evidence, folds: Sequence[Fold], classes: Classes) -> Sifte
 
 
 def of_folds(evidence: Evidence, folds: Sequence[Fold]) -> Sifted:
-    """The predictions of both models of the folds as they are, without asking what each name adds."""
+    """Returns the predictions of both models of the folds as they are, without asking what each name adds."""
     before, after = (
         _held(evidence, [(fold.left_out, getattr(fold, when)) for fold in folds]) for when in ("before", "after")
     )
@@ -70,7 +70,7 @@ def _held(evidence: Evidence, parts: Parts) -> HeldOut:
 
 
 def compared(evidence: Evidence, sift: Sifted, after: Fit) -> FitQuality:
-    """The quality of both predictions; `after` is the model that all runs together led to."""
+    """Returns the quality of both predictions; `after` is the model that all runs together led to."""
     folds, plain, full = sift.folds, sift.before, sift.after
     gain = _mean(full.log_run - plain.log_run)
     expected = np.full(evidence.runs, np.nan)
@@ -91,7 +91,7 @@ def compared(evidence: Evidence, sift: Sifted, after: Fit) -> FitQuality:
 
 
 def share_of_gap(gained: Array, gap: Array) -> Value:
-    """The share of the runs' gap (r,), nat, that is gained (r,), with the standard error of a ratio of two means.
+    """Gives the share of the runs' gap (r,), nat, that is gained (r,), with the standard error of a ratio of two means.
 
     Runs that gain much have a large gap: the error is that of the mean of gained − share · gap, to first order (Cochran
     1977, Sampling Techniques, 6.4). Where the plain model scores within its error of the ceiling there is no gap to
@@ -105,7 +105,7 @@ def share_of_gap(gained: Array, gap: Array) -> Value:
 
 
 def _without(evidence: Evidence, folds: Sequence[Fold], alike: Collection[str]) -> HeldOut:
-    """The folds' predictions without a class of names."""
+    """Returns the folds' predictions without a class of names."""
     names = [_one_of(fold, alike) for fold in folds]
     rest = [fold.after if name is None else fold.less[name] for fold, name in zip(folds, names, strict=True)]
     return _held(evidence, [(fold.left_out, fit) for fold, fit in zip(folds, rest, strict=True)])
@@ -120,12 +120,12 @@ def _adds(full: HeldOut, others: HeldOut, folds: Sequence[Fold], alike: Collecti
 
 
 def _one_of(fold: Fold, alike: Collection[str]) -> str | None:
-    """The name of a class that was found in a fold; None if none was."""
+    """Returns the name of a class that was found in a fold; None if none was."""
     return next((name for name in fold.named if called(name) in alike), None)
 
 
 def quality(held: HeldOut) -> Quality:
-    """The summary of predictions, each figure with its standard error."""
+    """Returns the summary of predictions, each figure with its standard error."""
     score, within = _mean(held.log_run), _mean(held.within)
     onset, path, turn = np.abs(held.onset_error_deg), held.path_error_mm, held.turn_error_deg
     found = {
@@ -143,7 +143,7 @@ def quality(held: HeldOut) -> Quality:
 
 
 def _floor_deg(evidence: Evidence, after: Fit) -> float:
-    """The root mean square difference of an onset from its expectation, by the runs' scatter alone, in degrees."""
+    """Returns the root mean square difference of an onset from its expectation, by runs' scatter alone, in degrees."""
     channel = evidence.onsets
     if not isinstance(channel, Onsets):
         return math.nan

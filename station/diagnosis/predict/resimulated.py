@@ -43,7 +43,7 @@ class SlideErrors:
 
 
 def slide_errors(evidence: Evidence, model: Model, runs: Bools, *, run_effects: Array) -> SlideErrors:
-    """The errors (r,) of the chosen runs' slides; nan for the others.
+    """Returns the errors (r,) of the chosen runs' slides; nan for the others.
 
     Args:
         evidence: must have `slide_tracks`; without them every error is nan.
@@ -65,7 +65,7 @@ def slide_errors(evidence: Evidence, model: Model, runs: Bools, *, run_effects: 
 
 
 def _unbent(slide: SlideTrack, model: Model) -> Array:
-    """The poses (k, 3) without the shift that the model's camera effects add to their places."""
+    """Returns the poses (k, 3) without the shift that the model's camera effects add to their places."""
     pose = slide.pose.copy()
     pose[:, :2] -= model.seen(slide.view).mean(axis=1)
     return pose
@@ -74,7 +74,10 @@ def _unbent(slide: SlideTrack, model: Model) -> Array:
 def _simulated(
     evidence: Evidence, chosen: Sequence[SlideTrack], seen: Sequence[Array], model: Model, *, own: Array
 ) -> Array:
-    """The poses (n, k, 3) of the simulated slides at their frames from BEGIN on; `own` (n,) are factors on friction."""
+    """Returns the poses (n, k, 3) of the simulated slides at their frames from BEGIN on.
+
+    `own` (n,) are factors on friction.
+    """
     # Poses are stamped late by the camera's delay, so the attitude is read that much earlier.
     delay_ns = round(model.delay_s() * 1e9)
     punctual = replace(model, terms=tuple(term for term in model.terms if "delay_s" not in term.effect.acts_through()))
@@ -111,7 +114,7 @@ def _commands(evidence: Evidence, chosen: Sequence[SlideTrack], seen: Sequence[A
 
 
 def _begun(time_ns: Times, pose: Array) -> tuple[Array, Array]:
-    """Pose (3,) and velocity (3,) at frame BEGIN, from a parabola through the frames of the first window."""
+    """Gives the pose (3,) and velocity (3,) at frame BEGIN, from a parabola through the frames of the first window."""
     elapsed = (time_ns[:FRAMES] - time_ns[BEGIN]) * NANO
     fit = np.polynomial.polynomial.polyfit(elapsed, pose[:FRAMES], 2)
     return fit[0], fit[1]
@@ -127,6 +130,6 @@ def _seconds(time_ns: Times) -> Array:
 
 
 def _padded(times: Sequence[Array]) -> Array:
-    """Times (n, k) of rows of unequal length, the last of each repeated."""
+    """Returns times (n, k) of rows of unequal length, the last of each repeated."""
     most = max(len(own) for own in times)
     return np.stack([np.pad(own, (0, most - len(own)), mode="edge") for own in times])

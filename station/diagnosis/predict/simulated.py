@@ -23,7 +23,7 @@ from station.simulators.simulator import AS_IT_IS
 def quality_of_given(
     recorded: Found, simulated: Found, comparison: SimulationComparison, kept: Collection[Effect]
 ) -> FitQuality:
-    """The scores of the recording's unseen runs by the simulation's numbers, and by the recording's own.
+    """Returns the scores of the recording's unseen runs by the simulation's numbers, and by the recording's own.
 
     The simulation's friction and effects are taken as they were fitted to it, and the recording's noise and
     readings are fitted around them; `kept` are the effects that count as found in either.
@@ -36,7 +36,7 @@ def quality_of_given(
 def parts_of_given(
     recorded: Found, simulated: Found, comparison: SimulationComparison, kept: Collection[Effect], *, changed: bool
 ) -> tuple[Part, ...]:
-    """The models that turn the simulator into one with the recording's friction, each fitted without its fold's runs.
+    """Returns the models that turn the simulator into one with the recording's friction, each fitted without its fold.
 
     If nothing was found to differ (`changed` is False), nothing is to be changed, and where the levels of friction were
     not, the simulation keeps its own: what lies between them is the runs' scatter.
@@ -53,7 +53,7 @@ def parts_of_given(
 
 
 def parts_of_plain(recorded: Found) -> tuple[Part, ...]:
-    """The plain model and the one that was found, for our own simulators, each fitted without its fold's runs."""
+    """Gives the plain model and the one that was found, for our own simulators, each fitted without its fold's runs."""
     parts = list[Part]()
     for fold in recorded.folds:
         evidence = fold.of(recorded.evidence)
@@ -64,21 +64,21 @@ def parts_of_plain(recorded: Found) -> tuple[Part, ...]:
 
 
 def model_of(simulated: Found, fitted: Fit, kept: Collection[Effect]) -> Model:
-    """The simulation's model with these of its effects, as a simulator takes it."""
+    """Returns the simulation's model with these of its effects, as a simulator takes it."""
     left = keeping(fitted.model, {one.id for one in kept})
     model = as_simulated(simulated.evidence, replace(fitted, model=left))
     return replace(model, mu_s=model.mu_s / simulated.friction)
 
 
 def _own_level(recorded: Found, comparison: SimulationComparison, kept: Collection[Effect]) -> float:
-    """The coefficient with which the recording's law has the simulation's level of friction."""
+    """Returns the coefficient with which the recording's law has the simulation's level of friction."""
     (level,) = comparison.level.numbers
     found = as_simulated(recorded.evidence, _left(comparison, kept))
     return found.mu_s * level.simulation.value / level.recording.value
 
 
 def _left(comparison: SimulationComparison, kept: Collection[Effect]) -> Fit:
-    """The recording's fit with these of its effects."""
+    """Returns the recording's fit with these of its effects."""
     whole = comparison.recording
     return replace(whole, model=keeping(whole.model, {one.id for one in kept}))
 
@@ -89,7 +89,9 @@ def _without_fold(evidence: Evidence, fold: Fold, comparison: SimulationComparis
 
 
 def _as_given(evidence: Evidence, given: Model, plain: Fit) -> Fit:
-    """The simulation's model in the recording's evidence: only the readings of onsets and places are fitted around it.
+    """Returns the simulation's model in the recording's evidence.
+
+    Only the readings of onsets and places are fitted around it.
 
     The nuisances for what mu absorbs are left out: they would take up the very level that the simulation has wrong.
     """

@@ -21,7 +21,7 @@ from station.physics.contact import Array, Bools
 
 
 def unseen_log_run(evidence: Evidence, fitted: Fit) -> Array:
-    """The log density (runs,), nat, of each run; that of the runs which were fitted has no meaning."""
+    """Returns the log density (runs,), nat, of each run; that of the runs which were fitted has no meaning."""
     whitening = Whitening(evidence, fitted.noise, shaking=shaking_of(evidence, fitted.model))
     known = evidence.counted[whitening.run] & ~whitening.limit
     found = -whitening.log_scale
@@ -37,7 +37,7 @@ def unseen_log_run(evidence: Evidence, fitted: Fit) -> Array:
 
 
 def _densities(white: Array, known: Bools, limit: Bools, tails: tuple[float, ...]) -> Array:
-    """The log density (tails, n) of whitened components (n,) under each tail, at the scale that fits the known ones."""
+    """Returns the log density (tails, n) of whitened components (n,) by tail, at the scale that fits the known ones."""
     scales = np.array([scale_of(white[known], tail) for tail in tails])[:, None]
     each = [log_density(one, np.array(tail), limit) for one, tail in zip(white / scales, tails, strict=True)]
     return np.array(each) - np.where(limit, 0.0, np.log(scales))

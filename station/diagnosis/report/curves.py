@@ -19,12 +19,12 @@ _Z90 = 1.645
 
 
 def drawable(places: Sequence[Located]) -> tuple[Located, ...]:
-    """The first MOST places that have a curve."""
+    """Returns the first MOST places that have a curve."""
     return tuple(place for place in places if len(place.curve) > 1)[:MOST]
 
 
 def curves(places: Sequence[Located], pictures: PictureData) -> Any:
-    """The figure with one panel for each of the `drawable` places."""
+    """Returns the figure with one panel for each of the `drawable` places."""
     across = min(3, len(places))
     down = math.ceil(len(places) / across)
     figure = new_figure(width_in=3.1 * across + 0.2, height_in=2.6 * down)

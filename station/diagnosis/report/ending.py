@@ -13,7 +13,7 @@ from station.pages.caption import command
 
 
 def next_step(diagnosis: Diagnosis) -> str:
-    """The next experiment as a plan that `station run --plan` takes, and the model as a file."""
+    """Returns the next experiment as a plan that `station run --plan` takes, and the model as a file."""
     plan = diagnosis.next_experiment
     parts = [pieces.paragraph(line) for line in next_lines(diagnosis)]
     if plan is not None and plan.plan:
@@ -30,7 +30,7 @@ def next_step(diagnosis: Diagnosis) -> str:
 
 
 def numerics(diagnosis: Diagnosis) -> str:
-    """The section on the simulator's numerical artefacts; empty if they were not tested."""
+    """Returns the section on the simulator's numerical artefacts; empty if they were not tested."""
     if not diagnosis.numerics:
         return ""
     rows = [[_cell(one.get(key), to=_last_digit(one["size"])) for key in _NUMERICS] for one in diagnosis.numerics]
@@ -45,7 +45,10 @@ _NUMERICS = ("id", "size", "unit", "before", "after", "cured_by")
 
 
 def _last_digit(size: float) -> int:
-    """The last of three digits of an artefact's size; what is left of it is rounded to it, too: 0.00 and not 6e-14."""
+    """Returns the last of three digits of an artefact's size.
+
+    What is left of it is rounded to it, too: 0.00 and not 6e-14.
+    """
     return 2 - math.floor(math.log10(abs(size))) if size and math.isfinite(size) else 2
 
 
@@ -56,7 +59,7 @@ def _cell(said: object, *, to: int) -> str:
 
 
 def provenance(diagnosis: Diagnosis, *, seed: int | None) -> str:
-    """The section with file, versions, seed, time and notes."""
+    """Returns the section with file, versions, seed, time and notes."""
     rows = [["recording", escape(diagnosis.recording or "signals in memory")]]
     rows.append([diagnosis.counted, f"{used(diagnosis)} used; {diagnosis.held_out_runs} held out"])
     rows.append(["plain simulation", escape(diagnosis.simulator)])

@@ -20,7 +20,7 @@ from station.pages.figure import drawn
 
 
 def fit(diagnosis: Diagnosis, pictures: PictureData) -> str:
-    """The section with before, after and floor on held-out runs, the onsets' errors, and the parameters."""
+    """Returns the section with before, after and floor on held-out runs, the onsets' errors, and the parameters."""
     parts = [_table(diagnosis)]
     before, after = pictures.held_before, pictures.held_after
     if before is not None and after is not None:
@@ -74,7 +74,7 @@ def _table(diagnosis: Diagnosis) -> str:
 
 
 def _unseen(diagnosis: Diagnosis) -> str:
-    """The sentence that tells what of a fit knows nothing of the runs that it predicts."""
+    """Returns the sentence that tells what of a fit knows nothing of the runs that it predicts."""
     apart = f"without the {diagnosis.counted} that are predicted"
     if diagnosis.fit.nested:
         return f"Names and numbers were found {apart}."
@@ -82,7 +82,10 @@ def _unseen(diagnosis: Diagnosis) -> str:
 
 
 def _expected(fit: FitQuality) -> str:
-    """The gain beside that of sessions drawn from the model; empty where the plain model leaves nothing to gain."""
+    """Returns the gain beside that of sessions drawn from the model.
+
+    It is empty where the plain model leaves nothing to gain.
+    """
     if not np.isfinite(fit.gap_closed):
         return ""
     ratio = f"{html.number(fit.gap_closed)} ± {html.number(fit.gap_closed_se)}"
@@ -102,7 +105,10 @@ _FIGURES = ("log_score", *(name for both in _ERRORS for name in both), "coverage
 
 
 def _in_cells(figures: Mapping[str, str]) -> list[str]:
-    """The figures as cells of a row: root mean square and median of each error stand in one, where lines may break."""
+    """Returns the figures as cells of a row.
+
+    Root mean square and median of each error stand in one, where lines may break.
+    """
     unbroken = {name: html.whole(figure) for name, figure in figures.items()}
     errors = [", ".join(unbroken[name] for name in both) for both in _ERRORS]
     return [unbroken["log_score"], *errors, unbroken["coverage90"]]
@@ -114,7 +120,7 @@ def _se(quality: Quality, figure: str) -> str:
 
 
 def _rerun(rerun: Mapping[str, Any]) -> list[list[str]]:
-    """Rows with the quality of another simulator before and after, if it was run."""
+    """Returns rows with the quality of another simulator before and after, if it was run."""
     rows: list[list[str]] = []
     for when in ("before", "after"):
         said: Mapping[str, Any] = rerun.get(when) or {}

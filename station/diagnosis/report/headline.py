@@ -22,7 +22,7 @@ _CLASS = {"supported": "yes", "indistinguishable": "maybe", "not supported": "no
 
 
 def headline(diagnosis: Diagnosis) -> str:
-    """The verdict as a sentence, then its probability, place, improvement and next step."""
+    """Returns the verdict as a sentence, then its probability, place, improvement and next step."""
     sentences = (_sure(diagnosis), _left_out(diagnosis), _where(diagnosis), _better(diagnosis), _next(diagnosis))
     lines = [*set_differently(diagnosis), *sentences]
     items = "".join(f"<li>{escape(line)}</li>" for line in lines if line)
@@ -71,7 +71,7 @@ def _better(diagnosis: Diagnosis) -> str:
 
 
 def _change(name: str, before: float, after: float, unit: str) -> str:
-    """A phrase about how an error changes; empty where the recording has none."""
+    """Returns a phrase about how an error changes; empty where the recording has none."""
     if not (math.isfinite(before) and math.isfinite(after)):
         return ""
     first, last = f"{number(before)}{unit}", f"{number(after)}{unit}"
@@ -83,5 +83,5 @@ def _next(diagnosis: Diagnosis) -> str:
 
 
 def about(diagnosis: Diagnosis) -> str:
-    """The line that names the recording."""
+    """Returns the line that names the recording."""
     return paragraph(f"Recording: {diagnosis.recording or 'signals in memory'}", kind="about")

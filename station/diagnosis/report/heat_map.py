@@ -22,7 +22,7 @@ _SCALED = 3
 
 
 def heat_map(spots: Sequence[Spot], *, title: str) -> Any:
-    """The heat map: a row for each phase and channel, a column for each covariate.
+    """Returns the heat map: a row for each phase and channel, a column for each covariate.
 
     The upper number is the effect size, the lower number is the corrected p. A cell whose p is below the level at which
     places are claimed has a frame and the effect size as its colour; all others are pale. An empty cell cannot be
@@ -51,7 +51,10 @@ def heat_map(spots: Sequence[Spot], *, title: str) -> Any:
 
 
 def _shown(spot: Spot) -> float:
-    """The effect size where it is beyond chance, else 0: a smooth curve through few residuals takes up most of them."""
+    """Returns the effect size where it is beyond chance, else 0.
+
+    A smooth curve through few residuals takes up most of them.
+    """
     return spot.effect_size if spot.p < thresholds.LEVEL else 0.0
 
 

@@ -15,7 +15,7 @@ _BINS = 10
 
 
 def onsets(before: HeldOut, after: HeldOut, *, both: bool, counted: str) -> Any:
-    """Histogram of the errors, quantiles against a Gaussian's, and the ranks, which should be uniform.
+    """Draws the errors' histogram, quantiles against a Gaussian's, and the ranks, which should be uniform.
 
     `counted` is what was predicted: runs, or a table's rows.
     """

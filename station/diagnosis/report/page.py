@@ -25,7 +25,7 @@ _LINKS = (("where", "Where"), ("what", "What"), ("fit", "Fit"), ("next", "Next")
 
 
 def html_page(diagnosis: Diagnosis, pictures: PictureData, *, seed: int | None = None, motion: str = "") -> str:
-    """The report as HTML; `seed` is listed in its provenance, `motion` is a figure of one run that moves.
+    """Returns the report as HTML; `seed` is listed in its provenance, `motion` is a figure of one run that moves.
 
     Figures name the command of `made_by`, or else the one that diagnoses the recording with this seed.
     """

@@ -61,7 +61,7 @@ class PictureData:
     opening_radius_m: float = np.inf
 
     def channel(self, name: str) -> ChannelPicture | None:
-        """The channel of that name, or None."""
+        """Returns the channel of that name, or None."""
         return next((channel for channel in self.channels if channel.name == name), None)
 
 

@@ -18,13 +18,13 @@ _NEAR = 0.6
 
 
 def channels_on_plate(pictures: PictureData) -> tuple[ChannelPicture, ...]:
-    """The onset and slide channels whose places are known and vary."""
+    """Returns the onset and slide channels whose places are known and vary."""
     found = (pictures.channel(name) for name in _CHANNELS)
     return tuple(one for one in found if one is not None and np.isfinite(one.x_m).sum() > 1 and _spread(one) > 0)
 
 
 def plate_map(pictures: PictureData, *, after: bool) -> Any:
-    """One row for each of `channels_on_plate`; if `after`, a second column is of the found model."""
+    """Returns one row for each of `channels_on_plate`; if `after`, a second column is of the found model."""
     shown = channels_on_plate(pictures)
     columns = 2 if after else 1
     figure = new_figure(width_in=4.4 * columns, height_in=3.6 * len(shown))
@@ -70,12 +70,12 @@ def _opening(axes: Any, radius_m: float, *, reach_m: float) -> None:
 
 
 def _reach(channel: ChannelPicture) -> float:
-    """The largest distance of a row from the plate's centre, m."""
+    """Returns the largest distance of a row from the plate's centre, m."""
     return float(np.nanmax(np.hypot(channel.x_m, channel.y_m)))
 
 
 def _limit(channel: ChannelPicture) -> float:
-    """The end of the colour scale: the 90 % quantile of the residuals' sizes."""
+    """Returns the end of the colour scale: the 90 % quantile of the residuals' sizes."""
     factor, _ = scales.residual(channel.unit)
     known = channel.before[~channel.limit & np.isfinite(channel.before)]
     return max(float(np.quantile(np.abs(factor * (known - np.median(known))), 0.9)), 1e-9) if len(known) else 1.0

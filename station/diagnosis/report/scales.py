@@ -34,7 +34,7 @@ CHANNELS = {
 
 
 def covariate(name: str, values: Array) -> tuple[Array, str]:
-    """The values (n,) of a covariate in the unit that people read, and the axis's label.
+    """Returns the values (n,) of a covariate in the unit that people read, and the axis's label.
 
     `values` (n,) are in the covariate's own unit.
     """
@@ -52,15 +52,15 @@ def covariate(name: str, values: Array) -> tuple[Array, str]:
 
 
 def residual(unit: str) -> tuple[float, str]:
-    """Factor and unit in which residuals of `unit` are shown."""
+    """Returns the factor and unit in which residuals of `unit` are shown."""
     return _RESIDUALS.get(unit, (1.0, unit))
 
 
 def channel(name: str) -> str:
-    """A channel's title."""
+    """Returns a channel's title."""
     return CHANNELS.get(name, f"angle sensor {name.partition(':')[2]}")
 
 
 def short(name: str) -> str:
-    """A covariate's title without its unit."""
+    """Returns a covariate's title without its unit."""
     return covariate(name, np.zeros(0))[1].partition(" (")[0]

@@ -20,7 +20,7 @@ Bar = tuple[str, float, float, float, str]
 
 
 def scores(diagnosis: Diagnosis, pictures: PictureData) -> Any:
-    """Three dot plots: onset error, path error, and the share of onsets within their 90 % intervals."""
+    """Returns three dot plots: onset error, path error, and the share of onsets within their 90 % intervals."""
     figure = new_figure(height_in=2.2)
     before, after = pictures.held_before, pictures.held_after
     onset, path, held = (figure.add_subplot(1, 3, number) for number in (1, 2, 3))
@@ -38,7 +38,7 @@ def scores(diagnosis: Diagnosis, pictures: PictureData) -> Any:
 
 
 def root_mean_square(values: Array) -> tuple[float, float, float]:
-    """The root mean square of errors with its 90 % interval (delta method); nan below two known errors.
+    """Returns the root mean square of errors with its 90 % interval (delta method); nan below two known errors.
 
     The errors `values` (n,) keep their unit.
     """
@@ -51,7 +51,7 @@ def root_mean_square(values: Array) -> tuple[float, float, float]:
 
 
 def wilson(hits: int, count: int) -> tuple[float, float, float]:
-    """The share of hits with its 90 % interval (Wilson 1927); nan for a count of 0."""
+    """Returns the share of hits with its 90 % interval (Wilson 1927); nan for a count of 0."""
     if count == 0:
         return math.nan, math.nan, math.nan
     share, z2 = hits / count, _Z90**2

@@ -13,7 +13,7 @@ LEAST_ACTING = 0.1
 
 
 def sentence(diagnosis: Diagnosis) -> str:
-    """The answer in one sentence."""
+    """Returns the answer in one sentence."""
     return f"{_said(diagnosis)}."
 
 
@@ -38,12 +38,12 @@ def _said(diagnosis: Diagnosis) -> str:
 
 
 def untestable_because(diagnosis: Diagnosis) -> str:
-    """The reason why nothing could be tested."""
+    """Returns the reason why nothing could be tested."""
     return diagnosis.notes[0] if diagnosis.notes else "the recording shows neither onset nor slide"
 
 
 def _but(diagnosis: Diagnosis) -> str:
-    """The rest of a sentence about a simulation that leaves nothing out, if it differs all the same."""
+    """Returns the rest of a sentence about a simulation that leaves nothing out, if it differs all the same."""
     if diagnosis.numerics:
         names = ", ".join(dict.fromkeys(str(one["id"]) for one in diagnosis.numerics))
         return f", but its solver has artefacts ({names})"
@@ -67,7 +67,7 @@ def left_out(diagnosis: Diagnosis) -> str:
 
 
 def singular(diagnosis: Diagnosis) -> str:
-    """The singular of what was counted."""
+    """Returns the singular of what was counted."""
     return diagnosis.counted.removesuffix("s")
 
 
@@ -77,7 +77,7 @@ def as_expected(ratio: str) -> str:
 
 
 def own_level(rerun: Mapping[str, Any]) -> str:
-    """Whose own level of friction a simulator was run again with; empty if no run has an onset that tells it."""
+    """Names whose own level of friction a simulator was run again with; empty if no run has an onset that tells it."""
     before = rerun.get("before") or {}
     known, runs = before.get("onsets", 0), rerun.get("runs", 0)
     if not known or "own_level" not in before:
@@ -93,20 +93,20 @@ _CLAIMS: dict[Side, str] = {
 
 
 def in_order(diagnosis: Diagnosis) -> tuple[EffectFound, ...]:
-    """The effects by probability; against a given simulation first those of both, then each one's own."""
+    """Returns the effects by probability; against a given simulation first those of both, then each one's own."""
     if not diagnosis.given:
         return diagnosis.effects
     return tuple(sorted(diagnosis.effects, key=lambda effect: list(_CLAIMS).index(effect.side)))
 
 
 def claimed_effects(diagnosis: Diagnosis, *sides: Side) -> tuple[EffectFound, ...]:
-    """The effects that are claimed, the likeliest first; with `sides`, only those that one of these sides has."""
+    """Gives the effects that are claimed, the likeliest first; with `sides`, only those that one of these sides has."""
     claimed = (effect for effect in diagnosis.effects if effect.verdict in ("supported", "indistinguishable"))
     return tuple(effect for effect in claimed if not sides or effect.side in sides)
 
 
 def acts(diagnosis: Diagnosis) -> list[str]:
-    """Sentences on the phases in which the claimed effects act, without those that show less than a tenth."""
+    """Returns sentences on the phases in which the claimed effects act, without those that show less than a tenth."""
     found = [
         (effect, [_acts(diagnosis, one) for one in effect.acting if one.most[1] >= LEAST_ACTING])
         for effect in claimed_effects(diagnosis)
@@ -115,7 +115,7 @@ def acts(diagnosis: Diagnosis) -> list[str]:
 
 
 def who_acts(diagnosis: Diagnosis, effect: EffectFound) -> str:
-    """The names of a class, and whose it is if a given simulation alone has it."""
+    """Returns the names of a class, and whose it is if a given simulation alone has it."""
     names = ", ".join(effect.class_ids)
     return f"{names} of the simulation" if diagnosis.given and effect.side == "simulation" else names
 
@@ -127,7 +127,7 @@ def _acts(diagnosis: Diagnosis, one: Acting) -> str:
 
 
 def set_differently(diagnosis: Diagnosis) -> list[str]:
-    """A sentence for each number that recording and simulation set differently, the level of friction first."""
+    """Returns a sentence for each number that recording and simulation set differently, the level of friction first."""
     return [
         f"{_level(diagnosis, one.name)} is {one.recording} in the recording and {one.simulation} in the simulation"
         for one in diagnosis.differs
@@ -135,7 +135,7 @@ def set_differently(diagnosis: Diagnosis) -> list[str]:
 
 
 def _level(diagnosis: Diagnosis, name: str) -> str:
-    """A number's name; the level's is that of the friction that was seen."""
+    """Returns a number's name; the level's is that of the friction that was seen."""
     return diagnosis.level if name == "mu_s" else name
 
 
@@ -149,7 +149,7 @@ def _either(effect: EffectFound) -> str:
 
 
 def next_lines(diagnosis: Diagnosis) -> list[str]:
-    """The next experiment in a sentence, and the commands that do it."""
+    """Returns the next experiment in a sentence, and the commands that do it."""
     plan = diagnosis.next_experiment
     if plan is None:
         return ["No further experiment is called for."]

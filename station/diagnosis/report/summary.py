@@ -31,7 +31,7 @@ _COLOUR = {"supported": "green", "indistinguishable": "yellow", "not supported":
 
 
 def summary(diagnosis: Diagnosis) -> RenderableType:
-    """The verdict first, then effects, places, improvement and the next step.
+    """Returns the verdict first, then effects, places, improvement and the next step.
 
     Against a given simulation: what both set differently, what it lacks, what it has alone, and its numerics.
     """
@@ -69,7 +69,7 @@ def _headline(diagnosis: Diagnosis) -> Text:
 
 
 def _numerics(diagnosis: Diagnosis) -> list[Text]:
-    """Lines on the simulator's numerical artefacts."""
+    """Returns lines on the simulator's numerical artefacts."""
     return [
         Text(f"Numerics, not physics: {one['id']} {rounded(one['size'], 2)} {one['unit']}, cured by {one['cured_by']}")
         for one in diagnosis.numerics
@@ -77,7 +77,7 @@ def _numerics(diagnosis: Diagnosis) -> list[Text]:
 
 
 def _simulated(diagnosis: Diagnosis) -> list[RenderableType]:
-    """A table of the simulator's onsets and paths before and after, plain and robust, in runs that are held out."""
+    """Returns a table of the simulator's onsets and paths before and after, plain and robust, in held-out runs."""
     rerun = diagnosis.fit.simulator_rerun
     if not rerun:
         return []
@@ -114,7 +114,7 @@ _TURNS = _Error("yaw error, median and rms", "°", ("turn_median_deg", "turn_rms
 
 
 def _cells(error: _Error, errors: Mapping[str, Any]) -> str:
-    """The two figures with their standard errors; empty where there is nothing to compare."""
+    """Returns the two figures with their standard errors; empty where there is nothing to compare."""
     se: Mapping[str, float] = errors.get("se") or {}
     known = [(errors[key], se.get(key, math.nan)) for key in error.keys if errors.get(key) is not None]
     return ", ".join(_number("{}", value, sd) + error.unit for value, sd in known)
@@ -137,7 +137,7 @@ def _effects(diagnosis: Diagnosis) -> Table:
 
 
 def _how_much(effect: EffectFound) -> str:
-    """The combinations that are identifiable, then the single numbers; of one at its bound only that is said."""
+    """Gives the combinations that are identifiable, then the single numbers; of one at its bound only that is said."""
     known = [f"{one.expression}: {one.known}" for one in effect.determined]
     if known and effect.id == "other":  # its coefficients say nothing else
         return "; ".join(known)
@@ -150,7 +150,7 @@ def _how_much(effect: EffectFound) -> str:
 
 
 def _fit(diagnosis: Diagnosis) -> Text:
-    """The fit to unseen runs before and after, in robust figures with standard errors, as far as there are any."""
+    """Returns the fit to unseen runs before and after, in robust figures with standard errors, if there are any."""
     fit = diagnosis.fit
     parts = [
         _number(f"log score {{}} a {singular(diagnosis)}", fit.log_score_gain, fit.gain_se, sign=True),
@@ -175,7 +175,7 @@ def _figure(quality: Quality, name: str) -> str:
 
 
 def _number(words: str, value: float, se: float, *, sign: bool = False) -> str:
-    """The words with the number and its standard error in them; empty if there is no number."""
+    """Returns the words with the number and its standard error in them; empty if there is no number."""
     if not math.isfinite(value):
         return ""
     number = f"{value:+.2f}" if sign else f"{value:.2f}"

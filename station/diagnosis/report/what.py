@@ -17,7 +17,7 @@ _CLASS_ODDS = 6.0
 
 
 def what(diagnosis: Diagnosis) -> str:
-    """The section with the probabilities, a comparison table for each stage, and the effects that cannot be tested."""
+    """Returns the section with the probabilities, a comparison table for each stage, and the untestable effects."""
     parts = [_probabilities(diagnosis)]
     stages = sorted({row.stage for row in diagnosis.candidates})
     parts += [_comparison(diagnosis, stage) for stage in stages]
@@ -46,7 +46,7 @@ def _probabilities(diagnosis: Diagnosis) -> str:
 
 
 def _comparison(diagnosis: Diagnosis, stage: int) -> str:
-    """The stage's candidates that were fitted, by rank, and then those of which only a score is known."""
+    """Returns the stage's candidates that were fitted, by rank, and then those of which only a score is known."""
     rows = [row for row in diagnosis.candidates if row.stage == stage][:_MOST]
     fitted = [row for row in rows if row.fitted]
     if not fitted and stage > 0:
@@ -80,19 +80,19 @@ def _scored(diagnosis: Diagnosis, stage: int, rows: Sequence[Candidates]) -> str
 
 
 def _cells(row: Candidates) -> list[str]:
-    """The cells below `_HEAD`."""
+    """Returns the cells below `_HEAD`."""
     gain, bic, odds = (html.number(value, 1) for value in (row.twice_gain, row.bic, row.twice_log_odds))
     return [escape(row.label), gain, str(row.parameters), bic, odds]
 
 
 def _class(diagnosis: Diagnosis, row: Candidates) -> str:
-    """The reported classes that the candidate belongs to."""
+    """Returns the reported classes that the candidate belongs to."""
     classes = (one.class_ids for one in diagnosis.effects)
     return escape("; ".join(", ".join(ids) for ids in classes if set(ids) & set(row.ids)))
 
 
 def _assessed(row: Candidates, best: float) -> str:
-    """The assessment of a fitted candidate beside the best one; empty where its rank says all."""
+    """Returns the assessment of a fitted candidate beside the best one; empty where its rank says all."""
     if row.bic <= 0:
         return "not worth its parameters"
     return "indistinguishable from the best" if 0 < best - row.twice_log_odds < _CLASS_ODDS else ""

@@ -21,7 +21,7 @@ _MOMENT_NS = 5_000_000
 
 
 def where(diagnosis: Diagnosis, pictures: PictureData) -> str:
-    """The section with residual maps over phase and covariate, the located curves, the plate map, and the places."""
+    """Returns the section with residual maps over phase and covariate, the located curves, plate map, and places."""
     parts = [*_maps(diagnosis, pictures), *_curves(diagnosis, pictures), *_plate(diagnosis, pictures)]
     parts += [_places(diagnosis), _acting(diagnosis)]
     return pieces.section("Where they differ", *parts, name="where")
@@ -81,7 +81,7 @@ def _places(diagnosis: Diagnosis) -> str:
 
 
 def _acting(diagnosis: Diagnosis) -> str:
-    """The table of the phases in which the claimed effects act; empty without any."""
+    """Returns the table of the phases in which the claimed effects act; empty without any."""
     found = [(effect, one) for effect in claimed_effects(diagnosis) for one in effect.acting]
     rows = [[escape(who_acts(diagnosis, effect)), *_acts(one)] for effect, one in found]
     head = ("effect", "phase", "median", "most", f"in {singular(diagnosis)}")
@@ -95,7 +95,7 @@ def _acts(one: Acting) -> list[str]:
 
 
 def _note(diagnosis: Diagnosis) -> str:
-    """The sentences that tell of what stage and of what test each p is."""
+    """Returns the sentences that tell of what stage and of what test each p is."""
     stages = (
         "Every p is of what simulation and findings leave (rest), which no map shows"
         if diagnosis.given
@@ -122,12 +122,12 @@ def _row(diagnosis: Diagnosis, place: Located) -> list[str]:
 
 
 def _run_text(run: int, length_ns: int) -> str:
-    """The run's number, and the stretch's length unless it is a moment, such as an onset."""
+    """Returns the run's number, and the stretch's length unless it is a moment, such as an onset."""
     return f"{run}, {1e-9 * length_ns:.2f} s" if length_ns > _MOMENT_NS else f"{run}"
 
 
 def _longest(place: Located) -> list[tuple[int, int]]:
-    """The runs with the longest stretches, and these stretches' lengths (ns)."""
+    """Returns the runs with the longest stretches, and these stretches' lengths (ns)."""
     lengths = dict[int, int]()
     for one in place.windows:
         lengths[one.run] = max(lengths.get(one.run, 0), one.to_ns - one.from_ns)

@@ -23,7 +23,7 @@ from station.physics.model import Model
 
 
 def acting(evidence: Evidence, fitted: Fit, effect: Effect) -> tuple[Acting, ...]:
-    """The phases in which an effect of a fitted model acts, in the order of a run, with its size in each run."""
+    """Gives the phases in which an effect of a fitted model acts, in the order of a run, with its size in each run."""
     model, without = fitted.model, less(fitted.model, effect.id)
     channels = [channel for channel in evidence.channels if channel.changed_by(effect)]
     changes = {channel.name: channel.residual(without) - channel.residual(model) for channel in channels}
@@ -39,7 +39,7 @@ def acting(evidence: Evidence, fitted: Fit, effect: Effect) -> tuple[Acting, ...
 
 
 def _level(evidence: Evidence, changes: Mapping[str, Array]) -> float:
-    """The median change of ln friction at the onsets, or of sliding friction alone, which another mu has as well."""
+    """Gives the median change of ln friction at the onsets, or of sliding friction alone, which another mu has too."""
     friction = evidence.friction
     change = changes.get(friction.name, np.zeros(1)) if friction else np.zeros(1)
     known = change[np.isfinite(change)]
@@ -47,14 +47,14 @@ def _level(evidence: Evidence, changes: Mapping[str, Array]) -> float:
 
 
 def _scattered(channel: Channel, model: Model, without: Model) -> Array | float:
-    """The variance (n,) of a random push, of which only the spread is known."""
+    """Returns the variance (n,) of a random push, of which only the spread is known."""
     if not isinstance(channel, Onsets):
         return 0.0
     return np.square(channel.shaking(model)) - np.square(channel.shaking(without))
 
 
 def _spread(channel: Channel, noise: Noise) -> Array:
-    """The standard deviation (n,) of a row between equal runs: its reading's, its run's, and that of the path."""
+    """Gives the standard deviation (n,) of a row between equal runs: its reading's, its run's, and that of the path."""
     wander = noise.wander.get(channel.name)
     square = noise.of_reading(channel) + noise.own[channel.name] ** 2 + noise.group.get(channel.name, 0.0) ** 2
     square += noise.friction**2 if channel.shares_friction else 0.0
@@ -62,7 +62,7 @@ def _spread(channel: Channel, noise: Noise) -> Array:
 
 
 def _of_runs(channel: Channel, size: Array, runs: int) -> Array:
-    """Root mean squares (runs,) of the rows' sizes (n,); nan for a run without rows."""
+    """Returns root mean squares (runs,) of the rows' sizes (n,); nan for a run without rows."""
     count = np.bincount(channel.rows.run, minlength=runs)
     total = np.bincount(channel.rows.run, size**2, minlength=runs)
     return np.sqrt(np.where(count > 0, total / np.maximum(count, 1), np.nan))

@@ -23,11 +23,14 @@ ELSEWHERE: Mapping[Family, str] = MappingProxyType(
 
 
 def tilts(evidence: Evidence) -> bool:
-    """True if friction was measured by tilting a plate; a cube that was thrown and a tribometer know no tilt steps."""
+    """Returns true if friction was measured by tilting a plate.
+
+    A cube that was thrown and a tribometer know no tilt steps.
+    """
     contact = evidence.contact()
     return contact is not None and bool(len(contact)) and float(contact.tilt_rad.max()) > thresholds.LEAST_TILT_RAD
 
 
 def advice(evidence: Evidence, effect: Effect) -> str:
-    """The experiment that shows the effect beside those that look like it; empty if there is none here."""
+    """Returns the experiment that shows the effect beside those that look like it; empty if there is none here."""
     return effect.separated_by if tilts(evidence) else ELSEWHERE.get(effect.family, "")

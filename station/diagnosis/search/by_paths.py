@@ -22,7 +22,7 @@ Group = tuple[frozenset[str], int]
 
 
 def with_path_evidence(fitter: Fitter, candidates: Sequence[Candidate]) -> list[Candidate]:
-    """The candidates; those that are fitted in full carry what the paths have against them."""
+    """Returns the candidates; those that are fitted in full carry what the paths have against them."""
     paths = fitter.evidence.paths
     if paths is None:
         return list(candidates)
@@ -38,7 +38,7 @@ def with_path_evidence(fitter: Fitter, candidates: Sequence[Candidate]) -> list[
 
 
 def _group(paths: Paths, candidate: Candidate) -> Group | None:
-    """The candidate's group; None if the paths do not test it.
+    """Returns the candidate's group; None if the paths do not test it.
 
     They do not test a smooth term of anything but the speed, or a model that shifts their clock. A smooth term of the
     speed has any level at zero speed and any slope: it counts as a drop and a second law.
@@ -53,7 +53,7 @@ def _group(paths: Paths, candidate: Candidate) -> Group | None:
 
 
 def _against(fitter: Fitter, members: Sequence[Candidate]) -> dict[tuple[str, ...], float]:
-    """Twice the log odds against each member by its key.
+    """Returns twice the log odds against each member by its key.
 
     A member that is too far behind to come to the front is not tested.
     """

@@ -96,7 +96,7 @@ class Candidate:
 
 
 def candidates_of(scored: Scores, coinciding: Coinciding) -> tuple[list[Candidate], list[tuple[Variant, Variant]]]:
-    """Each effect by its best variant, then all pairs of named effects; and the pairs' variants.
+    """Returns each effect by its best variant, then all pairs of named effects; and the pairs' variants.
 
     Two laws of covariates that run together are no pair.
     """
@@ -112,21 +112,24 @@ def candidates_of(scored: Scores, coinciding: Coinciding) -> tuple[list[Candidat
 
 
 def single_candidates(evidence: Evidence, current: Fit, effects: Sequence[Effect]) -> list[Candidate]:
-    """The effects alone, by their scores around a fit."""
+    """Returns the effects alone, by their scores around a fit."""
     return [candidate for candidate, _ in _singles(at_sizes(evidence, current, scores(evidence, current, effects)))]
 
 
 def tested_alone(
     evidence: Evidence, current: Fit, effects: Sequence[Effect], rng: np.random.Generator
 ) -> tuple[list[Candidate], Calibration]:
-    """The candidates of `single_candidates`, and the session's own null that is drawn from the fit."""
+    """Returns the candidates of `single_candidates`, and the session's own null that is drawn from the fit."""
     scored = at_sizes(evidence, current, scores(evidence, current, effects))
     calibration = calibrate(scored, [variant.columns for variant in scored.variants], rng)
     return [candidate for candidate, _ in _singles(scored)], calibration
 
 
 def _singles(scored: Scores) -> list[tuple[Candidate, Variant]]:
-    """Each effect alone by its best variant; the prior of its kind is shared evenly among the effects of that kind."""
+    """Returns each effect alone by its best variant.
+
+    The prior of its kind is shared evenly among the effects of that kind.
+    """
     best: dict[str, tuple[Candidate, Variant]] = {}
     for variant in scored.variants:
         candidate = _candidate(scored, (variant,), prior=1.0)
@@ -150,14 +153,14 @@ def _candidate(scored: Scores, variants: Sequence[Variant], *, prior: float) -> 
 
 
 def _gained(scored: Scores, columns: Sequence[int], *, at_least: float = 0.0) -> tuple[float, int, float]:
-    """Twice the gain in log likelihood by the columns, or that known, their number, and the gain's p-value."""
+    """Returns twice the gain in log likelihood by the columns, or that known, their number, and the gain's p-value."""
     total, size = gain(scored, columns)
     twice = max(float(total[0]) / overdispersion(scored, columns), at_least)
     return twice, size, float(p_value(np.array(twice), size))
 
 
 def _starts(scored: Scores, variants: Sequence[Variant]) -> tuple[Term, ...]:
-    """The terms from which a full fit begins, at the sizes that the scores promise, or those that promise more."""
+    """Returns the terms where a full fit begins, at the sizes that the scores promise, or those that promise more."""
     sizes = iter(estimate(scored, [column for variant in variants for column in variant.columns]).tolist())
     starts = [_start(variant.start, sizes) for variant in variants]
     scored_alone = [float(gain(scored, variant.columns)[0][0]) for variant in variants]
@@ -182,7 +185,7 @@ def _start(null: Term, sizes: Iterator[float]) -> Term:
 
 
 def place_candidate(scored: Scores, place: Place, *, of: int) -> Candidate:
-    """A place as a candidate that shares its prior with `of` places."""
+    """Returns a place as a candidate that shares its prior with `of` places."""
     twice, size, p = _gained(scored, place.columns)
     return Candidate((), (), place, twice, size, p, twice - size * math.log(scored.runs), thresholds.OTHER / max(of, 1))
 
@@ -217,7 +220,7 @@ class Fitter:
         self._asked: list[tuple[Fit, Asked, float]] = []
 
     def once(self, fitted: Fit, ask: Asked) -> float:
-        """The answer of `ask` about a fit; it is slow, so it is computed only once."""
+        """Returns the answer of `ask` about a fit; it is slow, so it is computed only once."""
         for known, asked, answer in self._asked:
             if known is fitted and asked is ask:
                 return answer
@@ -225,18 +228,18 @@ class Fitter:
         return self._asked[-1][2]
 
     def fit(self, start: Model, effects: Sequence[Effect], *, noise: Noise) -> Fit:
-        """The known fit of these effects, or else a new one from `start`."""
+        """Returns the known fit of these effects, or else a new one from `start`."""
         key = _key(effects)
         if key not in self._known and key in self._begins:
             return self.refit(self._begins[key][0], effects, self._begins[key][1])
         return self._known.get(key) or self.refit(start, effects, noise)
 
     def ends(self) -> Begins:
-        """Models and noise at the end of all fits, from which fits of nearly the same runs may begin."""
+        """Returns models and noise at the end of all fits, from which fits of nearly the same runs may begin."""
         return {key: (found.model, found.noise) for key, found in self._known.items()}
 
     def fitted(self, current: Fit, candidate: Candidate) -> Candidate:
-        """The candidate after a full fit of the whole model together with it.
+        """Returns the candidate after a full fit of the whole model together with it.
 
         The fit begins where the candidate's parts were fitted to. If it ends below such a part, or far below what the
         scores promise, it has missed its maximum and begins again: near that part, or where the scores say.
@@ -262,7 +265,7 @@ class Fitter:
         ]
 
     def _cost(self, found: Fit, effect: Effect, parameter: Parameter) -> float:
-        """The cost of a number in twice the log likelihood: ln of the runs (BIC), or less for a shape.
+        """Returns the cost of a number in twice the log likelihood: ln of the runs (BIC), or less for a shape.
 
         A shape costs no more than the share of its range that is ruled out: where the effect is weak nothing determines
         its shape, which explains nothing either. A shape at its bound costs little: a law that fits only at the end of
@@ -297,7 +300,7 @@ def _with(model: Model, terms: Iterable[Term]) -> Model:
 
 
 def _small(term: Term) -> Term:
-    """The term with its sizes almost at zero on the same side, and its shapes unchanged."""
+    """Returns the term with its sizes almost at zero on the same side, and its shapes unchanged."""
     values = dict(term.values)
     for parameter in term.effect.parameters:
         if not parameter.is_shape:

@@ -32,7 +32,7 @@ class Coinciding:
 
     @classmethod
     def among(cls, evidence: Evidence, effects: Iterable[Effect]) -> Self:
-        """The effects that depend on one of the fields that vary."""
+        """Returns the effects that depend on one of the fields that vary."""
         contact = evidence.contact()
         if contact is None:
             return cls()
@@ -43,12 +43,12 @@ class Coinciding:
         )
 
     def repeats(self, effect: Effect, known: Iterable[str]) -> bool:
-        """True if an effect and one that is known, by its id, depend on fields that run together."""
+        """Returns true if an effect and one that is known, by its id, depend on fields that run together."""
         return self.of.get(effect.id) in self.together and any(self.of.get(name) in self.together for name in known)
 
 
 def _together(contact: Contact) -> frozenset[str]:
-    """The fields that are in nearly the same order, or the opposite one, as another field.
+    """Returns the fields that are in nearly the same order, or the opposite one, as another field.
 
     What one has beside the other is less than the share by which a law misses nature's (KNOWN_TO).
     """
@@ -62,7 +62,7 @@ def _together(contact: Contact) -> frozenset[str]:
 
 
 def _rank(values: Array) -> Array | None:
-    """Standardised ranks (n,); None if the values do not vary or are not all known."""
+    """Returns standardised ranks (n,); None if the values do not vary or are not all known."""
     if len(values) < 2 or not np.isfinite(values).all() or not np.ptp(values):
         return None
     rank = rankdata(values)
@@ -70,7 +70,7 @@ def _rank(values: Array) -> Array | None:
 
 
 def _depends(effect: Effect, contact: Contact) -> tuple[str, ...]:
-    """The varying fields whose order changes what an effect of its typical size does."""
+    """Returns the varying fields whose order changes what an effect of its typical size does."""
     values = {one.name: one.clipped(one.neutral + (0.0 if one.is_shape else one.typical)) for one in effect.parameters}
     here = _done(effect, contact, values)
     return tuple(
@@ -82,7 +82,7 @@ def _depends(effect: Effect, contact: Contact) -> tuple[str, ...]:
 
 
 def _reversed(contact: Contact, name: str) -> Contact:
-    """The contacts with one field's values in the opposite order of their ranks."""
+    """Returns the contacts with one field's values in the opposite order of their ranks."""
     values = getattr(contact, name)
     order = np.argsort(values, kind="stable")
     turned = np.empty_like(values)
@@ -91,7 +91,7 @@ def _reversed(contact: Contact, name: str) -> Contact:
 
 
 def _done(effect: Effect, contact: Contact, values: Values) -> Array:
-    """The factor on friction and the push that an effect makes (n, 4)."""
+    """Returns the factor on friction and the push that an effect makes (n, 4)."""
     push = effect.push(contact, values)
     factor = np.broadcast_to(effect.friction(contact, values), len(contact))
     return np.column_stack([factor, np.zeros((len(contact), 3)) if push is None else push])

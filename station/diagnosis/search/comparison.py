@@ -48,7 +48,7 @@ class Comparison:
         return self.candidates[0].twice_log_odds < 0
 
     def shares(self) -> dict[str, float]:
-        """Posterior by id, with all smooth terms as `other` and nothing as `none`; the shares add up to 1."""
+        """Gives the posterior by id, with all smooth terms as `other` and nothing as `none`; the shares add up to 1."""
         top = max((0.0, *(candidate.twice_log_odds for candidate in self.candidates)))
         heat = temperature(candidate.twice_gain for candidate in self.candidates)
         weights = {"none": math.exp(-0.5 * top / heat)}
@@ -62,7 +62,7 @@ class Comparison:
         return {name: weight / total for name, weight in weights.items()}
 
     def class_of(self, name: str) -> tuple[str, ...]:
-        """The name and the likeliest others, until together they reach the share CREDIBLE of all but `none`."""
+        """Returns the name and the likeliest others, until together they reach the share CREDIBLE of all but `none`."""
         shares = self.shares()
         chosen, total = [name], shares.get(name, 0.0)
         for other, share in sorted(shares.items(), key=lambda pair: -pair[1]):
@@ -77,7 +77,7 @@ class Comparison:
 def revised(
     fitter: Fitter, current: Fit, offered: Sequence[Effect], rng: np.random.Generator
 ) -> tuple[Fit, dict[str, Comparison]]:
-    """The model with the best term in each place, and the comparisons by the ids of its terms."""
+    """Returns the model with the best term in each place, and the comparisons by the ids of its terms."""
     compared = dict[str, Comparison]()
     for _ in range(ROUNDS):
         current, compared, changed = _round(fitter, current, offered, rng)
@@ -135,7 +135,7 @@ def _comparison(
 
 
 def _less(fitter: Fitter, current: Fit, effect: Effect) -> Fit:
-    """The fit without the effect, begun from the current values of the others.
+    """Returns the fit without the effect, begun from the current values of the others.
 
     If it ended short of its maximum, the rest would be credited to whatever stands beside it.
     """

@@ -18,7 +18,7 @@ from station.physics.smooth import is_smooth
 
 
 def excused(fitter: Fitter, before: Fit, candidates: Sequence[Candidate]) -> list[Candidate]:
-    """The candidates, with laws as likely as the best smooth function of their covariate where they are excused.
+    """Gives the candidates, with laws as likely as the best smooth function of their covariate where they are excused.
 
     A law, or a straight line in the air's state, is excused if what it leaves of that function is less than a law's own
     misfit. Where covariates run together the best of each is; the others keep their distance from it.
@@ -30,7 +30,7 @@ def excused(fitter: Fitter, before: Fit, candidates: Sequence[Candidate]) -> lis
 
 
 def best_of_each(fitter: Fitter, ranked: Sequence[Candidate]) -> list[Candidate]:
-    """The best law and the best smooth function of each covariate, by their scores."""
+    """Returns the best law and the best smooth function of each covariate, by their scores."""
     best: dict[tuple[str, bool], Candidate] = {}
     for one in sorted(ranked, key=lambda candidate: candidate.twice_gain):
         if on := _field(fitter, one):
@@ -39,7 +39,7 @@ def best_of_each(fitter: Fitter, ranked: Sequence[Candidate]) -> list[Candidate]
 
 
 def is_misfit_of_law(fitter: Fitter, current: Fit, candidate: Candidate) -> bool:
-    """True for a smooth function of a covariate whose law is in the model, if it is small beside that law."""
+    """Returns true for a smooth function of a covariate whose law is in the model, if it is small beside that law."""
     on = _field(fitter, candidate)
     if not on or not candidate.smooth or candidate.fitted is None:
         return False
@@ -67,17 +67,17 @@ def _lifted(
 
 
 def _field(fitter: Fitter, candidate: Candidate) -> str:
-    """The field that a candidate of one effect depends on alone; empty if there is none."""
+    """Returns the field that a candidate of one effect depends on alone; empty if there is none."""
     return fitter.coinciding.of.get(candidate.effects[0].id, "") if len(candidate.effects) == 1 else ""
 
 
 def between(evidence: Evidence, one: Model, other: Model) -> Array:
-    """The difference (rows,) of two models' predicted friction, less the mean."""
+    """Returns the difference (rows,) of two models' predicted friction, less the mean."""
     channels = [channel for channel in evidence.channels if channel.shares_friction]
     apart = np.concatenate([channel.residual(one) - channel.residual(other) for channel in channels])
     return apart - apart.mean()
 
 
 def _is_inexact(rest: Array, whole: Array) -> bool:
-    """True if what a law leaves has a smaller share of the variance than its own misfit may have (KNOWN_TO)."""
+    """Returns true if what a law leaves has a smaller share of the variance than its own misfit may have (KNOWN_TO)."""
     return float(rest @ rest) < float(whole @ whole) / thresholds.KNOWN_TO

@@ -37,7 +37,7 @@ READ_RESIDUALS_IN = {
 
 
 def located(evidence: Evidence, stages: Sequence[Stage]) -> tuple[Located, ...]:
-    """All places that stand out beyond chance, each from the stage with the smallest p."""
+    """Returns all places that stand out beyond chance, each from the stage with the smallest p."""
     best: dict[tuple[str, str], Located] = {}
     for number, stage in enumerate(stages, start=1):
         for place in _of_stage(evidence, stage, number):
@@ -54,7 +54,7 @@ def _of_stage(evidence: Evidence, stage: Stage, number: int) -> Iterator[Located
 
 
 def tested_places(stage: Stage) -> Iterator[tuple[Place, float, Tested]]:
-    """A stage's places, each with its p and the test that has it, which is the one of two with the smaller p.
+    """Yields a stage's places, each with its p and the test that has it, which is the one of two with the smaller p.
 
     One is of the place's channel alone; the other, of friction that onset and slide share, is of a smooth term. Both
     are corrected for the whole search of the stage.
@@ -69,7 +69,7 @@ def tested_places(stage: Stage) -> Iterator[tuple[Place, float, Tested]]:
 
 
 def _of_smooth_terms(stage: Stage) -> dict[str, float]:
-    """The smallest corrected p of each covariate's smooth terms, which see onset and slide together."""
+    """Returns the smallest corrected p of each covariate's smooth terms, which see onset and slide together."""
     best: dict[str, float] = {}
     for candidate in stage.candidates:
         p = float(stage.calibration.corrected(candidate.p)) if candidate.smooth else 1.0
@@ -103,7 +103,7 @@ def _located(evidence: Evidence, before: Fit, place: Place, p: float) -> Located
 
 
 def summary_of(before: Fit, place: Place) -> str:
-    """One sentence that says on what a place's residuals depend, and how strongly."""
+    """Returns one sentence that says on what a place's residuals depend, and how strongly."""
     residual, smooth, _ = smooth_part(before, place)
     channel, what = place.channel, place.channel.title
     if place.covariate == "all":
@@ -116,7 +116,7 @@ def summary_of(before: Fit, place: Place) -> str:
 
 
 def smooth_part(before: Fit, place: Place) -> tuple[Array, Array, float]:
-    """A place's residuals (n,), their smooth part over the covariate (n,), and the ratio of their rms (at most 1)."""
+    """Returns a place's residuals (n,), their smooth part over the covariate (n,), and the ratio of their rms (≤ 1)."""
     channel, rows = place.channel, place.channel.rows
     everywhere, known = place.covariate == "all", ~rows.limit
     residual = whole = np.where(known, channel.residual(before.model), 0.0)
@@ -138,7 +138,7 @@ def _amount(value: float, unit: str) -> str:
 
 
 def _curve(covariate: Array | None, residual: Array, known: Bools) -> tuple[tuple[float, float, float], ...]:
-    """Means of the residual in bins of the covariate, with standard errors."""
+    """Returns the means of the residual in bins of the covariate, with standard errors."""
     if covariate is None:
         return ()
     good = known & np.isfinite(covariate)

@@ -13,5 +13,5 @@ from station.diagnosis import thresholds
 
 
 def temperature(gains: Iterable[float]) -> float:
-    """The divisor of differences in twice the log likelihood between candidates with such gains for one place."""
+    """Gives the divisor of differences in twice the log likelihood between candidates with such gains for one place."""
     return 1.0 + max(gains, default=0.0) / thresholds.KNOWN_TO

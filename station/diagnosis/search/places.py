@@ -43,7 +43,7 @@ class Place:
 
 
 def places_of(evidence: Evidence, first_column: int) -> tuple[list[Place], Table]:
-    """All places, and their columns (stacked rows, K), numbered from `first_column` on."""
+    """Returns all places, and their columns (stacked rows, K), numbered from `first_column` on."""
     found, parts, number = list[Place](), list[Table](), first_column
     for channel in evidence.channels:
         scale = np.median(channel.rows.sigma) if not channel.shares_friction else 0.01
@@ -74,12 +74,15 @@ def _bases(channel: Channel) -> dict[str, Array]:
 
 
 def least_spread(covariate: str) -> float:
-    """The spread that a covariate needs to explain anything, in its own unit."""
+    """Returns the spread that a covariate needs to explain anything, in its own unit."""
     return thresholds.LEAST_DWELL_S if covariate == "dwell" else CONSTANT
 
 
 def _angle(angle: Array) -> Array | None:
-    """Harmonics (n, k) of an angle (n,), up to the third if enough distinct angles occur; None if it hardly varies."""
+    """Returns harmonics (n, k) of an angle (n,), up to the third if enough distinct angles occur.
+
+    It is None if it hardly varies.
+    """
     known = np.isfinite(angle)
     if known.sum() < max(thresholds.LEAST_ROWS, thresholds.LEAST_KNOWN_SHARE * len(angle)):
         return None
@@ -94,7 +97,10 @@ def _angle(angle: Array) -> Array | None:
 
 
 def _smooth(values: Array, least: float, order: int) -> Array | None:
-    """Polynomials (n, k) of the standardised values (n,), unknown ones at the median; None if they hardly vary."""
+    """Returns polynomials (n, k) of the standardised values (n,), unknown ones at the median.
+
+    It is None if they hardly vary.
+    """
     known = np.isfinite(values)
     if known.sum() < thresholds.LEAST_ROWS:
         return None
@@ -115,14 +121,17 @@ def _spot(x: Array, y: Array) -> Array | None:
 
 
 def _within(columns: Array, run: Times) -> Array:
-    """The columns (n, k) less their means over each of the runs (n,) that have several rows."""
+    """Returns the columns (n, k) less their means over each of the runs (n,) that have several rows."""
     count = np.bincount(run)
     means = np.column_stack([np.bincount(run, column) for column in columns.T]) / np.maximum(count, 1)[:, None]
     return np.where((count > 1)[run, None], columns - means[run], columns)
 
 
 def _independent(columns: Array) -> Array | None:
-    """Orthonormal columns, times the root of their length, spanning the centred columns; None if these are constant."""
+    """Returns orthonormal columns, times the root of their length, spanning the centred columns.
+
+    It is None if these are constant.
+    """
     centred = columns - columns.mean(axis=0)
     left, size, _ = np.linalg.svd(centred, full_matrices=False)
     kept = size > DEPENDENT * max(float(size[0]), 1e-12) if len(size) else np.zeros(0, dtype=np.bool_)

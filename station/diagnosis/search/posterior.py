@@ -25,7 +25,7 @@ class Posteriors:
 
 
 def posteriors_of(found: Search) -> Posteriors:
-    """The posteriors from the comparisons of the model's terms with what could stand in their places."""
+    """Returns the posteriors from the comparisons of the model's terms with what could stand in their places."""
     shares = {name: comparison.shares() for name, comparison in found.compared.items()}
     classes = {name: comparison.class_of(called(name)) for name, comparison in found.compared.items()}
     effects = {name: sum(shares[name].get(member, 0.0) for member in members) for name, members in classes.items()}
@@ -36,17 +36,17 @@ def posteriors_of(found: Search) -> Posteriors:
 
 
 def called(effect_id: str) -> str:
-    """A term's name in results: its id, or `other` for a smooth term."""
+    """Returns a term's name in results: its id, or `other` for a smooth term."""
     return "other" if effect_id.startswith(PREFIX) else effect_id
 
 
 def probability_of(twice_log_odds: float) -> float:
-    """The probability that has these log odds, given as twice their value."""
+    """Returns the probability that has these log odds, given as twice their value."""
     return 1.0 / (1.0 + math.exp(-0.5 * max(min(twice_log_odds, 700.0), -700.0)))
 
 
 def _none(stage: Stage) -> float:
-    """Posterior probability that nothing is missing, from all candidates' odds and the session's own calibration.
+    """Gives the posterior probability that nothing is missing, from all candidates' odds and the session's calibration.
 
     The calibration multiplies the odds of nothing by the global p over NOMINAL.
     """

@@ -175,7 +175,7 @@ def looked_at(
     progress: Progress,
     coinciding: Coinciding = NONE_COINCIDE,
 ) -> tuple[Stage, Scores]:
-    """The test of what a fit leaves: candidates and places with their corrected p; nothing is chosen yet."""
+    """Returns the test of what a fit leaves: candidates and places with their corrected p; nothing is chosen yet."""
     rest = _rest(current, offered, coinciding)
     places, columns = places_of(evidence, _column_count(evidence, rest))
     scored = at_sizes(evidence, current, scores(evidence, current, rest, columns))
@@ -198,20 +198,23 @@ def looked_at(
 
 
 def _rest(current: Fit, offered: Sequence[Effect], coinciding: Coinciding) -> list[Effect]:
-    """The effects that are offered, not in the model, and no other law of a covariate that runs together with its."""
+    """Gives the effects offered, not in the model, and no other law of a covariate that runs together with its own."""
     acting = {term.effect.id for term in current.model.terms}
     return [effect for effect in offered if effect.id not in acting and not coinciding.repeats(effect, acting)]
 
 
 def _column_count(evidence: Evidence, effects: Sequence[Effect]) -> int:
-    """The number of columns of the effects' variants, after which those of the places begin."""
+    """Returns the number of columns of the effects' variants, after which those of the places begin."""
     return sum(
         not parameter.is_shape for effect, _ in variants_of(evidence, effects) for parameter in effect.parameters
     )
 
 
 def _in_full(fitter: Fitter, current: Fit, ranked: Sequence[Candidate], offered: Sequence[Effect]) -> list[Candidate]:
-    """The best of each kind, fitted in full and ranked again without those that are not credible; then the rest."""
+    """Returns the best of each kind, fitted in full and ranked again without those that are not credible.
+
+    The others follow.
+    """
     kinds: dict[str, list[Candidate]] = {kind: [] for kind in FULL_FITS}
     for candidate in ranked:
         kinds[_kind(candidate)].append(candidate)
@@ -231,7 +234,7 @@ def _in_full(fitter: Fitter, current: Fit, ranked: Sequence[Candidate], offered:
 def _partnered(
     fitter: Fitter, pairs: Sequence[Candidate], full: Iterable[Candidate], offered: Sequence[Effect]
 ) -> Iterator[Candidate]:
-    """The pairs of the best single effects with the best partners for what each leaves.
+    """Yields the pairs of the best single effects with the best partners for what each leaves.
 
     Where an effect is strong, the scatter before it is fitted is too large to rank anything beside it by its score.
     """
@@ -245,7 +248,7 @@ def _partnered(
 
 
 def _partners(fitter: Fitter, single: Candidate, offered: Sequence[Effect]) -> list[Candidate]:
-    """The named effects by their scores around a single effect's fit."""
+    """Returns the named effects by their scores around a single effect's fit."""
     if single.fitted is None:
         return []
     rest = [effect for effect in offered if effect not in single.effects and not is_smooth(effect)]
@@ -257,7 +260,9 @@ def _kind(candidate: Candidate) -> str:
 
 
 def _chosen(fitter: Fitter, current: Fit, ranked: Sequence[Candidate], spots: Sequence[Candidate]) -> Candidate | None:
-    """The likeliest candidate, if it is likelier than nothing, and neither misspecification nor negligible; else None.
+    """Returns the likeliest candidate, if it is likelier than nothing, and neither misspecification nor negligible.
+
+    Otherwise it is None.
 
     A place stands for what no effect can express: it counts only in channels in which no smooth term acts.
     """

@@ -55,12 +55,12 @@ SAME = 1e-6
 
 
 def covariate_of(effect: Effect) -> str:
-    """The covariate of a smooth term; empty for a named effect."""
+    """Returns the covariate of a smooth term; empty for a named effect."""
     return effect.covariate if isinstance(effect, Unnamed) else ""
 
 
 def smooth_terms(evidence: Evidence) -> tuple[Effect, ...]:
-    """All smooth terms that the recording's covariates allow."""
+    """Returns all smooth terms that the recording's covariates allow."""
     return tuple(itertools.chain(_frictions(evidence), _pushes(evidence)))
 
 
@@ -75,7 +75,7 @@ def _frictions(evidence: Evidence) -> Iterator[Effect]:
 
 
 def _whens(evidence: Evidence, covariate: str) -> Iterator[frozenset[When]]:
-    """The moments at which a term may act; what was seen at one kind of them only is taken to act at both."""
+    """Yields the moments at which a term may act; what was seen at one kind of them only is taken to act at both."""
     if covariate in ONLY_SLIDING:
         yield frozenset({"sliding"})
         return
@@ -86,7 +86,7 @@ def _whens(evidence: Evidence, covariate: str) -> Iterator[frozenset[When]]:
 
 
 def _values(evidence: Evidence) -> dict[str, Array]:
-    """The values that occur, by covariate, for covariates that vary enough to explain anything."""
+    """Returns the values that occur, by covariate, for covariates that vary enough to explain anything."""
     found: dict[str, Array] = {}
     for channel in (evidence.onsets, evidence.slides):
         for name, values in channel.rows.covariates.items() if channel else ():
@@ -96,7 +96,7 @@ def _values(evidence: Evidence) -> dict[str, Array]:
 
 
 def _is_another(name: str, values: Array, found: Mapping[str, Array]) -> bool:
-    """True if an angle repeats one before it, as the texture's does on a plate that is never turned in its mount.
+    """Returns true if an angle repeats one before it, as the texture's does on a plate never turned in its mount.
 
     The same term under two names would count twice.
     """
@@ -119,7 +119,7 @@ def _varies(name: str, values: Array) -> bool:
 
 
 def _angle_forms(values: Array) -> Iterator[Form]:
-    """Harmonics of as many orders as the angles that occur can tell apart."""
+    """Yields harmonics of as many orders as the angles that occur can tell apart."""
     distinct = len(np.unique(np.round(np.mod(values, 2 * np.pi) / 0.1)))
     sets = [(1,), (2,), (1, 2), (3,), (4,), (1, 2, 3, 4)] if distinct > 8 else [(1,), (2,), (1, 2)][: distinct - 1]
     for chosen in sets:
@@ -140,7 +140,7 @@ def _power_forms(covariate: str, values: Array) -> Iterator[Form]:
 
 
 def _memory(evidence: Evidence) -> dict[str, ByRun]:
-    """The covariates that a run's rows have and no contact (the run before), as tables by the run's number."""
+    """Returns the covariates that a run's rows have and no contact (the run before), as tables by the run's number."""
     channel = evidence.friction
     if channel is None:
         return {}

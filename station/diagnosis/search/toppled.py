@@ -47,11 +47,11 @@ class Masses:
     log_odds: dict[Together, float]
 
     def probability(self, effect: Effect) -> float:
-        """Posterior probability that an effect acts."""
+        """Returns the posterior probability that an effect acts."""
         return sum(share for models, share in self._shares() if effect in models)
 
     def likeliest(self) -> Together:
-        """The model of those effects that rather act than not."""
+        """Returns the model of those effects that rather act than not."""
         every = set(chain.from_iterable(self.log_odds))
         acting = {effect for effect in every if self.probability(effect) > thresholds.EVEN}
         return next((models for models in self.posteriors if set(models) == acting), ())
@@ -69,14 +69,14 @@ class Masses:
 
 
 def acting_on_mass(effects: Sequence[Effect]) -> Together:
-    """The effects that say where the block's mass is."""
+    """Returns the effects that say where the block's mass is."""
     return tuple(effect for effect in effects if "mass" in effect.acts_through())
 
 
 def masses(
     tips: Tips, effects: Sequence[Effect], block: Contact, *, prior: float, rng: np.random.Generator
 ) -> Masses | None:
-    """The models of all combinations of the effects that act on the mass; None if no block was seen to topple.
+    """Returns the models of all combinations of the effects that act on the mass; None if no block was seen to topple.
 
     Args:
         tips: the runs in which blocks stood or toppled.
@@ -98,13 +98,16 @@ def masses(
 
 
 def _may_topple(tips: Tips, effects: Together, block: Contact) -> bool:
-    """True if the block leans towards an edge at all, with the effects at their upper bounds: a flat one never does."""
+    """Returns true if the block leans towards an edge at all, with the effects at their upper bounds.
+
+    A flat one never does.
+    """
     highest = {one.name: one.high for one in numbers_of(effects)}
     return bool(np.any(toppling_load(tips.stood, _mass(effects, block, highest)[None, :]) > 0.0))
 
 
 def numbers_of(effects: Together) -> tuple[Parameter, ...]:
-    """The numbers that effects on the mass need; those of one name are one number of the block."""
+    """Returns the numbers that effects on the mass need; those of one name are one number of the block."""
     sizes = {one.name: one for effect in effects for one in effect.parameters if not one.is_shape}
     return tuple(sizes.values())
 
@@ -130,7 +133,7 @@ def _named(numbers: Sequence[Parameter], draw: Sequence[float]) -> dict[str, flo
 
 
 def _values(effect: Effect, known: dict[str, float]) -> dict[str, float]:
-    """All values of an effect: those that are known, and its shapes where they start."""
+    """Returns all values of an effect: those that are known, and its shapes where they start."""
     return {**effect.neutral(), **{one.name: known[one.name] for one in effect.parameters if one.name in known}}
 
 
@@ -144,7 +147,7 @@ def _mass(effects: Together, block: Contact, known: dict[str, float]) -> Array:
 
 
 def _log_likelihood(tips: Tips, mass: Array, scatter: Array, mistake: Array) -> Array:
-    """Log likelihood (m,) of all runs for masses (m, 3), scatters and rates of mistakes (m,)."""
+    """Returns the log likelihood (m,) of all runs for masses (m, 3), scatters and rates of mistakes (m,)."""
     stood = _log_stands(toppling_load(tips.stood, mass), scatter)
     wrong = np.log(mistake)[:, None] + np.log(_share(tips))
     right = np.log1p(-mistake)[:, None]
@@ -158,18 +161,18 @@ def _log_likelihood(tips: Tips, mass: Array, scatter: Array, mistake: Array) -> 
 
 
 def _log_stands(load: Array, scatter: Array) -> Array:
-    """Log probability (m, r) that a block stands under loads (m, r) of which it holds about 1."""
+    """Returns the log probability (m, r) that a block stands under loads (m, r) of which it holds about 1."""
     off = -np.log(np.maximum(load, 1e-9)) / scatter[:, None]
     return np.asarray(log_ndtr(np.maximum(off, -1e4)), dtype=np.float64)
 
 
 def _fallen_by(tips: Tips) -> Array:
-    """The steepness (r, 4) at which each block had fallen."""
+    """Returns the steepness (r, 4) at which each block had fallen."""
     return np.fmax(tips.fallen, tips.stood * (1.0 + SHIFTED))
 
 
 def _share(tips: Tips) -> Array:
-    """The share (r,) of its steepness over which a block fell: a mistake would have had to happen there, too."""
+    """Gives the share (r,) of its steepness over which a block fell: a mistake would have had to happen there, too."""
     high, low = _fallen_by(tips).max(axis=1), tips.stood.max(axis=1)
     return np.where(tips.tipped, np.clip((high - low) / np.maximum(high, 1e-9), SHIFTED, 1.0), 1.0)
 
@@ -189,7 +192,7 @@ class Toppled:
 
 
 def toppled(evidence: Evidence, effects: Sequence[Effect], *, prior: float, rng: np.random.Generator) -> Toppled | None:
-    """The finding that the block topples; None if mistakes are likelier, or if no effect says where the mass is.
+    """Gives the finding that the block topples; None if mistakes are likelier, or if no effect says where the mass is.
 
     Args:
         evidence: the recording's.
@@ -210,7 +213,7 @@ def toppled(evidence: Evidence, effects: Sequence[Effect], *, prior: float, rng:
 
 
 def shows_toppling(evidence: Evidence, effect: Effect) -> bool:
-    """True if a block toppled, or would have with the mass as far off as the effect allows."""
+    """Returns true if a block toppled, or would have with the mass as far off as the effect allows."""
     contact = evidence.contact()
     if "mass" not in effect.acts_through() or contact is None or not len(evidence.tips):
         return False

@@ -18,7 +18,7 @@ from station.physics.model import Model
 
 
 def is_trifle(evidence: Evidence, without: Fit, fitted: Fit) -> bool:
-    """True if the effect changes every predicted measurement by less than that channel's systematic floor.
+    """Returns true if the effect changes every predicted measurement by less than that channel's systematic floor.
 
     The nuisances of the fit without it may stand in for the effect up to BELIEVED of their standard deviations.
     """
@@ -31,7 +31,7 @@ def is_trifle(evidence: Evidence, without: Fit, fitted: Fit) -> bool:
 
 
 def _with_clipped_nuisances(model: Model) -> Model:
-    """The model with its nuisances clipped to BELIEVED of their standard deviations."""
+    """Returns the model with its nuisances clipped to BELIEVED of their standard deviations."""
     for term in model.terms:
         if is_nuisance(term.effect):
             kept = {
@@ -44,6 +44,6 @@ def _with_clipped_nuisances(model: Model) -> Model:
 
 
 def is_trifling_place(scored: Scores, place: Place) -> bool:
-    """True if a place's smooth part stays below its channel's systematic floor."""
+    """Returns true if a place's smooth part stays below its channel's systematic floor."""
     apart = place.basis @ estimate(scored, place.columns)
     return float(np.abs(apart).max(initial=0.0)) < place.channel.trusted

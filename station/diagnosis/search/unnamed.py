@@ -21,13 +21,13 @@ UNIT = 1e-3
 
 
 def depends_on(effect: Effect) -> str:
-    """The quantity, in words, on which a smooth term lets friction depend."""
+    """Returns the quantity, in words, on which a smooth term lets friction depend."""
     covariate = covariate_of(effect)
     return TITLES.get(covariate, covariate)
 
 
 def smooth_in_words(evidence: Evidence, model: Model, term: Term) -> str:
-    """A smooth term in words: what friction depends on, and by how much it changes in the recorded runs."""
+    """Returns a smooth term in words: what friction depends on, and by how much it changes in the recorded runs."""
     if isinstance(term.effect, PushAside):
         (size,) = term.values.values()
         side = "left" if size > 0 else "right"
@@ -42,7 +42,9 @@ def smooth_in_words(evidence: Evidence, model: Model, term: Term) -> str:
 
 
 def change(evidence: Evidence, fitted: Fit, term: Term, *, like: Term | None = None) -> Combination | None:
-    """The change of friction by a smooth term with its standard error; None for a named effect, and for a push aside.
+    """Returns the change of friction by a smooth term with its standard error.
+
+    It is None for a named effect, and for a push aside.
 
     It is twice the root mean square over the recorded rows, and of a term in another recording what it has of the
     change that the term `like` makes in this one: 0 if the two are alike in nothing.
@@ -60,7 +62,7 @@ def change(evidence: Evidence, fitted: Fit, term: Term, *, like: Term | None = N
 
 
 def _weights(evidence: Evidence, model: Model, term: Term) -> Array:
-    """The weights (k,) of a term's coefficients in the change that it makes."""
+    """Returns the weights (k,) of a term's coefficients in the change that it makes."""
     without = less(model, term.effect.id)
     names = [one.name for one in term.effect.parameters]
     units = (Term(term.effect, {**term.effect.neutral(), name: UNIT}) for name in names)

@@ -22,19 +22,19 @@ from station.physics.effect import Effect
 
 
 def untestable(evidence: Evidence, null: Fit, effects: Sequence[Effect]) -> dict[str, str]:
-    """The reasons why effects cannot be seen in this recording, by id; effects that can be seen are not in it."""
+    """Gives the reasons why effects cannot be seen in this recording, by id; effects that can be seen are not in it."""
     return untestable_by(evidence, null, looked(evidence, null.model, effects), effects)
 
 
 def untestable_by(evidence: Evidence, null: Fit, seen: Looked, effects: Sequence[Effect]) -> dict[str, str]:
-    """The same from slopes of these effects that are known already."""
+    """Returns the same from slopes of these effects that are known already."""
     scored = scores_of(evidence, replace(null, noise=noise_of_alike(evidence, null)), seen)
     reasons = {effect.id: _reason(evidence, scored, effect) for effect in effects}
     return {name: reason for name, reason in reasons.items() if reason}
 
 
 def noise_of_alike(evidence: Evidence, null: Fit) -> Noise:
-    """The noise of runs that agree in all that is known of them, which an effect would have to stand out from.
+    """Returns the noise of runs that agree in all that is known of them, which an effect would have to stand out from.
 
     The plain model's own scatter holds whatever it leaves out: where friction falls to a half with the load, a change
     by a third with the run's number would seem too weak to show.
@@ -45,7 +45,7 @@ def noise_of_alike(evidence: Evidence, null: Fit) -> Noise:
 
 
 def _left(channel: Channel, null: Fit, places: Sequence[Place]) -> Array:
-    """The residuals (n,) less a smooth function of each covariate, as large as they were before it was fitted."""
+    """Gives the residuals (n,) less a smooth function of each covariate, as large as they were before it was fitted."""
     residual, rows = channel.residual(null.model), channel.rows
     bases = [place.basis for place in places if place.channel is channel and channel.shares_friction]
     known = ~rows.limit
@@ -80,5 +80,5 @@ def _reason(evidence: Evidence, scored: Scores, effect: Effect) -> str | None:
 
 
 def _reach(scored: Scores, column: int) -> float:
-    """The largest plausible distance of a number from its null, in its typical sizes."""
+    """Returns the largest plausible distance of a number from its null, in its typical sizes."""
     return float(min(max(abs(scored.low[column]), abs(scored.high[column])), thresholds.PLAUSIBLE))

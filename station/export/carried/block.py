@@ -24,7 +24,10 @@ class Block:
         self.time_s, self.place, self.velocity = 0.0, np.zeros(3), np.zeros(3)
 
     def advance(self, gravity: Array) -> Array:
-        """One step under gravity (3,), m/s², in the plate's frame; gives the place (3,), m and rad, after it."""
+        """Takes one step under gravity (3,), m/s², in the plate's frame.
+
+        It returns the place (3,), m and rad, after it.
+        """
         now = Moment(self.time_s, gravity, self.place, self.velocity)
         action = self.law.act(now, step_s=self.step_s)
         reach = TURNING_RADIUS * self.side_m
@@ -44,7 +47,7 @@ class Block:
 
 
 def _after_friction(velocity: Array, mass: Array, most: float) -> Array:
-    """The velocity (3,), of which the last is that of the sole's rim, after friction's impulse of at most `most`.
+    """Gives the velocity (3,), of which the last is that of the sole's rim, after friction's impulse of at most `most`.
 
     Friction opposes the velocity that it leaves behind: v = v₀ − most v / (mass |v|), or 0 where it can stop the block.
     """

@@ -15,5 +15,5 @@ from station.physics.sole import TURNING_RADIUS
 
 
 def stronger(leading_m: float, *, side_m: float) -> float:
-    """The factor on a moment with which corners let go where an even sole does; `leading_m` is s."""
+    """Returns the factor on a moment with which corners let go where an even sole does; `leading_m` is s."""
     return math.sqrt(max(0.25 * side_m**2 - leading_m**2, 0.0)) / (TURNING_RADIUS * side_m)

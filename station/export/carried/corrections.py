@@ -11,7 +11,7 @@ from station.physics.turned import seen_turned
 
 
 def true_gravity(model: Model, gravity: Array, **said: Any) -> Array:
-    """Gravity (3,) in the frame of the plate as it truly stands, in the unit of `gravity`.
+    """Returns gravity (3,) in the frame of the plate as it truly stands, in the unit of `gravity`.
 
     `gravity` (3,), in any unit, is that in the plate as the arm reports it.
     """
@@ -19,11 +19,14 @@ def true_gravity(model: Model, gravity: Array, **said: Any) -> Array:
 
 
 def seen_corners(model: Model, corners_m: Any, *, tilt_rad: float, down_rad: float, **said: Any) -> Array:
-    """The places (4, 2), m, where a camera sees the corners of a mark that truly is at `corners_m`; see `view`."""
+    """Returns the places (4, 2), m, where a camera sees the corners of a mark that truly is at `corners_m`.
+
+    See `view` for the arguments.
+    """
     seen = view(corners_m, tilt_rad=tilt_rad, down_rad=down_rad, **said)
     return (seen.point_m + model.seen(seen))[0]
 
 
 def stamp_s(model: Model, time_s: float) -> float:
-    """The stamp, s, that the camera gives to what happens at `time_s`."""
+    """Returns the stamp, s, that the camera gives to what happens at `time_s`."""
     return time_s + model.delay_s()

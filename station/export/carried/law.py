@@ -59,7 +59,7 @@ class Law:
         self._way, self._held = 0.0, 0.0
 
     def act(self, now: Moment, *, step_s: float) -> Action:
-        """The actions from `now` on for `step_s`; call it once a step, in the order of time."""
+        """Returns the actions from `now` on for `step_s`; call it once a step, in the order of time."""
         self.watch.take(now)
         gravity = self._true_gravity(now)
         load, normal, pushed = self._load(gravity, shake=self.shake if not self.watch.moving else max(self.shake, 0.0))
@@ -71,7 +71,7 @@ class Law:
         return self._sliding(now, (load, normal, pushed), gravity, step_s)
 
     def creep(self) -> Array:
-        """The velocity (2,), m/s, in P, at which the model lets a block at rest creep."""
+        """Returns the velocity (2,), m/s, in P, at which the model lets a block at rest creep."""
         gravity = self._true_gravity(self.watch.last)
         load, normal, _ = self._load(gravity, shake=self.shake)
         spare = -np.atleast_1d(self._excess(load, normal, gravity))
@@ -87,7 +87,7 @@ class Law:
         return seen_turned(now.gravity, self.model.attitude(level)[0])
 
     def _load(self, gravity: Array, *, shake: float) -> tuple[Array, float, Array]:
-        """Pull along the plate (2,), normal force per mass, and what pulls beside true gravity (3,); all m/s²."""
+        """Gives pull along the plate (2,), normal force per mass, and what pulls beside true gravity (3,); all m/s²."""
         state = self.watch.contact(way_rad=self._way_of(gravity), gravity=gravity)
         pushed = self.model.push(state)[0]
         if self.model.acting("shaking"):
@@ -96,14 +96,14 @@ class Law:
         return total[:2], max(-float(total[2]), 0.0), pushed
 
     def _way_of(self, gravity: Array) -> float:
-        """The direction of the slide; at rest that of the load."""
+        """Returns the direction of the slide; at rest that of the load."""
         now = self.watch.last
         if not self.watch.moving:
             return math.atan2(gravity[1], gravity[0])
         return math.atan2(now.velocity[1], now.velocity[0]) if now.speed_m_s > GOES_M_S else self._way
 
     def _excess(self, load: Array, normal: float, gravity: Array) -> float:
-        """The excess of the load over friction, m/s²: of a block at rest, or along the way of one that slides."""
+        """Gives the excess of the load over friction, m/s²: of a block at rest, or along the way of one that slides."""
         way = self._way_of(gravity)
         state = self.watch.contact(way_rad=way, gravity=gravity)
         if self.watch.moving:
@@ -113,7 +113,7 @@ class Law:
         return math.hypot(*load) - self._held * normal
 
     def _threshold(self, model: Model, state: Contact, load: Array) -> tuple[float, float]:
-        """The largest load over N that holds against one in this direction, and the direction of the slip, rad."""
+        """Returns the largest load over N that holds against one in this direction, and the slip's direction, rad."""
         held, slip = threshold(model, state, np.array([math.atan2(load[1], load[0])]))
         return self.strength * float(held[0]), float(slip[0])
 
@@ -132,17 +132,21 @@ class Law:
         way = np.array([self._way_of(gravity)])
         state = self.watch.contact(way_rad=float(way[0]), gravity=gravity)
         here, slope, bend = (self.strength * part for part in support(self.model, state, way))
+        across = slope
+        if self.model.carries:
+            rate, speed = float(now.velocity[2]), np.array([now.speed_m_s])
+            across = slope + here * self.model.carried(state, yaw_rate_rad_s=rate, speed_m_s=speed)
         ahead, aside = load @ unit(way)[0], load @ unit(way + np.pi / 2)[0]
         # The direction of a slow block settles faster than a step lasts: the step has the force of its end.
-        turn = relaxed(ahead + bend * normal, aside - slope * normal, np.array([now.speed_m_s]), np.array([step_s]))
+        turn = relaxed(ahead + bend * normal, aside - across * normal, np.array([now.speed_m_s]), np.array([step_s]))
         self._way = float((way + turn)[0])
         mu = float((here + turn * (slope + 0.5 * turn * bend))[0])
-        sideways = -float((slope + turn * bend)[0]) * normal * unit(way + turn + np.pi / 2)[0]
+        sideways = -float((across + turn * bend)[0]) * normal * unit(way + turn + np.pi / 2)[0]
         force = gravity - now.gravity + pushed + np.append(sideways, 0.0)
         return Action(mu, force, self._turn(state, mu * normal, float(slope[0]) * normal, normal), True, load, normal)
 
     def _turn(self, state: Contact, along: float, across: float, normal: float) -> float:
-        """Angular acceleration by spin and by friction per mass, m/s², along and across; corners add to it."""
+        """Gives the angular acceleration by spin and by friction per mass, m/s², along and across; corners add."""
         area = float(state.area_m2[0])
         moment = float(self.model.moment(state, np.array([along]), across)[0])
         turn = float(self.model.spin(state)[0]) + moment / (SQUARE_GYRATION * area)
@@ -152,6 +156,6 @@ class Law:
 
 
 def law_of_run(model: Model, watch: Watch, rng: np.random.Generator) -> Law:
-    """The law of one run, with friction and shaking of its own, drawn as the model scatters."""
+    """Returns the law of one run, with friction and shaking of its own, drawn as the model scatters."""
     strength, shake = rng.standard_normal(2)
     return Law(model, watch, strength=math.exp(model.scatter * strength), shake=float(shake))

@@ -40,7 +40,7 @@ _VECTORS = ("rate_rad_s", "acceleration_rad_s2", "swing_rad")
 
 
 def contact(**said: Any) -> Contact:
-    """The block on the plate at as many moments as the longest of the fields that are `said`; see `Contact`."""
+    """Returns the block on the plate at as many moments as the longest of the fields that are `said`; see `Contact`."""
     counts = [len(value) for name, value in said.items() if np.ndim(value) == (2 if name in _VECTORS else 1)]
     n = max(counts, default=1)
     return Contact(
@@ -54,7 +54,10 @@ def contact(**said: Any) -> Contact:
 
 
 def view(corners_m: Any, *, tilt_rad: float, down_rad: float, **said: Any) -> View:
-    """A camera's view of a mark's four corners (4, 2), m, in the plate; see `View` for what else may be `said`."""
+    """Returns a camera's view of a mark's four corners (4, 2), m, in the plate.
+
+    See `View` for what else may be `said`.
+    """
     corners = np.asarray(corners_m, dtype=float)[None]
     usual: dict[str, Any] = {
         "on_block": True,

@@ -20,7 +20,10 @@ class Bench(Protocol):
     step_s: float
 
     def advance(self, gravity: Array) -> Array:
-        """One step under gravity (3,), m/s², in the plate's frame; gives x, y (m) and yaw (rad) after it, (3,)."""
+        """Takes one step under gravity (3,), m/s², in the plate's frame.
+
+        It returns x, y (m) and yaw (rad), (3,), after it.
+        """
         ...
 
 
@@ -34,11 +37,11 @@ class Ramp(NamedTuple):
     held_s: float = 0.3
 
     def tilt_rad(self, time_s: float) -> float:
-        """The tilt at a time."""
+        """Returns the tilt at a time."""
         return self.from_rad + self.rate_rad_s * max(time_s - self.held_s, 0.0)
 
     def gravity(self, time_s: float) -> Array:
-        """Gravity (3,), m/s², in the plate."""
+        """Returns gravity (3,), m/s², in the plate."""
         along, down = GRAVITY_M_S2 * math.sin(self.tilt_rad(time_s)), self.down_rad
         return np.array(
             [along * math.cos(down), along * math.sin(down), -GRAVITY_M_S2 * math.cos(self.tilt_rad(time_s))]
@@ -46,7 +49,7 @@ class Ramp(NamedTuple):
 
 
 def tilt_test(bench: Bench, ramp: Ramp, *, enough_m: float = math.inf) -> Array:
-    """Rows (m, 5) of time (s), tilt (rad), x, y (m) and yaw (rad), one a step, until the block has gone `enough_m`.
+    """Returns rows (m, 5) of time (s), tilt (rad), x, y (m) and yaw (rad), one a step, until the block went `enough_m`.
 
     They begin with the ramp: while the plate is held, a block settles into its contact.
     """
@@ -64,7 +67,7 @@ def tilt_test(bench: Bench, ramp: Ramp, *, enough_m: float = math.inf) -> Array:
 
 
 def onset(path: Array) -> float:
-    """The row of `path` (n, 5), as a fraction, at which the block has gone `SEEN_M`; nan where it has not.
+    """Returns the row of `path` (n, 5), as a fraction, at which the block has gone `SEEN_M`; nan where it has not.
 
     Its rows and their units are those of `tilt_test`.
     """

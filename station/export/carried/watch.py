@@ -53,7 +53,7 @@ class Watch:
     moving: bool = False
 
     def __post_init__(self) -> None:
-        """Nothing is known yet."""
+        """Begins with nothing known."""
         self.last = Moment(math.nan, np.array([0.0, 0.0, -GRAVITY_M_S2]), np.zeros(3), np.zeros(3))
         self._rate, self._acceleration = np.zeros(3), np.zeros(3)
         self._rising, self._step_from_s, self._begun = 1.0, 0.0, False
@@ -72,7 +72,7 @@ class Watch:
             self._turn(last, now, now.time_s - last.time_s)
 
     def _turn(self, last: Moment, now: Moment, seconds: float) -> None:
-        """The plate's turning, from how gravity moves in it: a turn about gravity itself moves nothing."""
+        """Follows the plate's turning by how gravity moves in it: a turn about gravity itself moves nothing."""
         rate = np.cross(now.gravity, last.gravity) / (np.dot(now.gravity, now.gravity) * seconds)
         self._acceleration = (rate - self._rate) / seconds if self._begun else np.zeros(3)
         turns = bool(np.linalg.norm(rate) > _STEADY_RAD_S)
@@ -102,7 +102,7 @@ class Watch:
         return self.moving
 
     def contact(self, *, way_rad: float, gravity: Array | None = None) -> Contact:
-        """The state at the last moment, for a slide in the direction `way_rad` under this gravity (3,).
+        """Returns the state at the last moment, for a slide in the direction `way_rad` under this gravity (3,).
 
         A law asks some times a moment: what does not depend on the direction is kept until something changes.
         """
@@ -112,7 +112,7 @@ class Watch:
         return replace(self._known[1], way_rad=np.array([way_rad]))
 
     def _contact(self, down: Array) -> Contact:
-        """The state at the last moment under this gravity (3,), for a slide in any direction."""
+        """Returns the state at the last moment under this gravity (3,), for a slide in any direction."""
         now = self.last
         until_s = self._slid_from_s if self.moving else now.time_s
         known = {
@@ -145,5 +145,5 @@ _STEADY_RAD_S = 2e-3
 
 
 def tilt_of(gravity: Array) -> float:
-    """The angle, rad, between the plate's normal and up, from gravity (3,) in the plate."""
+    """Returns the angle, rad, between the plate's normal and up, from gravity (3,) in the plate."""
     return math.atan2(math.hypot(gravity[0], gravity[1]), -gravity[2])

@@ -33,7 +33,7 @@ _VARIABLES = {"plate": "plate", "object": "object_"}
 
 
 def export(pairs: Sequence[NamedPair]) -> tuple[ExportedFile, ...]:
-    """Plate, object and loader for each pair."""
+    """Returns plate, object and loader for each pair."""
     return tuple(file for each in pairs for file in _files(each.stem, each.pair))
 
 

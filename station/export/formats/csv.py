@@ -17,7 +17,7 @@ HELP = "plain CSV: one row a pair, with the coefficient of each material by the 
 
 
 def export(pairs: Sequence[NamedPair]) -> tuple[ExportedFile, ...]:
-    """One table for all pairs."""
+    """Returns one table for all pairs."""
     rows = [_row(each.pair) for each in pairs]
     text = io.StringIO(newline="")
     writer = csv.DictWriter(text, rows[0], lineterminator="\n")

@@ -24,7 +24,7 @@ _FOOT = 0.01
 
 
 def export(pairs: Sequence[NamedPair]) -> tuple[ExportedFile, ...]:
-    """A world a pair."""
+    """Returns a world for each pair."""
     return tuple(_file(each.stem, each.pair) for each in pairs)
 
 

@@ -29,7 +29,7 @@ HELP = "the model for Drake: a force before each step (Python)"
 
 
 def export_model(named_model: NamedModel) -> tuple[ExportedFile, ...]:
-    """One file with the force and a scene."""
+    """Returns one file with the force and a scene."""
     mu = named_model.model.mu_s
     pair = MeasuredPair(object="block", plate="plate", mu_1=mu, mu_2=mu, remarks=("The force adds what it lacks.",))
     how = [
@@ -59,7 +59,7 @@ class Friction:
         self._drake: Any = importlib.import_module("pydrake.all")
 
     def force(self, context: Any, *, step_s: float, gravity: Array) -> Any:
-        """The ExternallyAppliedSpatialForce for the next `step_s`, under gravity (3,), m/s², in the world."""
+        """Returns the ExternallyAppliedSpatialForce for the next `step_s`, under gravity (3,), m/s², in the world."""
         turn, now = self._moment(context, gravity)
         action = self.law.act(now, step_s=step_s)
         along = _difference(action, now, mu=self.law.model.mu_s)
@@ -74,7 +74,7 @@ class Friction:
         return push
 
     def _moment(self, context: Any, gravity: Array) -> tuple[Array, Moment]:
-        """World_from_plate, and the block's motion in the plate's frame."""
+        """Returns world_from_plate, and the block's motion in the plate's frame."""
         plate, block = (body.EvalPoseInWorld(context) for body in (self._plate, self._block))
         turn = plate.rotation().matrix()
         relative = plate.inverse() @ block
@@ -91,7 +91,7 @@ class Friction:
 
 
 def _difference(action: Action, now: Moment, *, mu: float) -> Array:
-    """The force per mass (3,), m/s², in P, that friction with `mu` lacks to the law's, along the motion or the load."""
+    """Returns the force per mass (3,), m/s², in P, that friction with `mu` lacks to the law's, along motion or load."""
     load = math.hypot(*action.load)
     lacking = (mu - action.mu) * action.normal
     if not action.moving:
@@ -130,7 +130,10 @@ class DrakeBench:
         self._steps = 0
 
     def advance(self, gravity: Array) -> Array:
-        """One step under gravity (3,), m/s², in the plate's frame; gives x, y (m) and yaw (rad) after it, (3,)."""
+        """Takes one step under gravity (3,), m/s², in the plate's frame.
+
+        It returns x, y (m) and yaw (rad), (3,), after it.
+        """
         push = self.friction.force(self._context, step_s=self.step_s, gravity=gravity)
         mass = self._block.get_mass(self._context)
         turned = gravity + np.array([0.0, 0.0, GRAVITY_M_S2])
@@ -144,5 +147,5 @@ class DrakeBench:
 
 
 def bench(model: Model, scene: str) -> DrakeBench:
-    """A block at rest in the middle of the plate."""
+    """Returns a block at rest in the middle of the plate."""
     return DrakeBench(model, scene)

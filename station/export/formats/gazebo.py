@@ -26,7 +26,7 @@ HELP = "SDF world for Gazebo: mu, mu2 and fdir1 (DART and ODE take the smaller o
 
 
 def export(pairs: Sequence[NamedPair]) -> tuple[ExportedFile, ...]:
-    """A world a pair."""
+    """Returns a world for each pair."""
     return tuple(_file(each.stem, each.pair) for each in pairs)
 
 

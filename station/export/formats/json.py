@@ -19,7 +19,7 @@ _UNITS = "coefficients without unit; axis_rad and one_way_rad in rad from x of f
 
 
 def export(pairs: Sequence[NamedPair]) -> tuple[ExportedFile, ...]:
-    """One file for all pairs."""
+    """Returns one file for all pairs."""
     measured = [each.pair for each in pairs]
     table = {
         "format": PAIRS_FORMAT,
@@ -37,7 +37,7 @@ def _plain(pair: MeasuredPair) -> dict[str, Any]:
 
 
 def _null(value: Any) -> Any:
-    """JSON has no NaN; null stands for it."""
+    """Replaces NaN, which JSON does not have, with None."""
     if isinstance(value, tuple):
         return [_null(each) for each in value]
     return None if isinstance(value, float) and math.isnan(value) else value

@@ -22,7 +22,7 @@ _TIMESTEP_S = 0.001
 
 
 def export(pairs: Sequence[NamedPair]) -> tuple[ExportedFile, ...]:
-    """A model a pair."""
+    """Returns a model for each pair."""
     return tuple(_file(each.stem, each.pair) for each in pairs)
 
 

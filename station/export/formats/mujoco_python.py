@@ -28,7 +28,7 @@ HELP = "the model as a callback for MuJoCo (Python)"
 
 
 def export_model(named_model: NamedModel) -> tuple[ExportedFile, ...]:
-    """One file with the callback and a scene."""
+    """Returns one file with the callback and a scene."""
     mu = named_model.model.mu_s
     pair = MeasuredPair(object="block", plate="plate", mu_1=mu, mu_2=mu, remarks=("The callback sets it anew.",))
     how = [
@@ -77,7 +77,7 @@ class Friction:
         model.geom_friction[self._geoms, 0] = action.mu
 
     def _moment(self, model: Any, data: Any, turn: Array) -> Moment:
-        """The block's motion in the plate's frame, from the bodies' places and velocities in the world's."""
+        """Returns the block's motion in the plate's frame, from the bodies' places and velocities in the world's."""
         arm = data.xpos[self._block] - data.xpos[self._plate]
         plate, block = (_velocity(model, data, body) for body in (self._plate, self._block))
         slip = turn.T @ (block[3:] - plate[3:] - np.cross(plate[:3], arm))
@@ -99,7 +99,7 @@ def _pairs(model: Any) -> Any:
 
 
 def _velocity(model: Any, data: Any, body: int) -> Array:
-    """Angular and linear velocity (6,) of a body's origin, in the world's axes."""
+    """Returns the angular and linear velocity (6,) of a body's origin, in the world's axes."""
     found = np.zeros(6)
     mj.mj_objectVelocity(model, data, mj.mjtObj.mjOBJ_XBODY, body, found, 0)
     return found
@@ -118,7 +118,10 @@ class MujocoBench:
         self.friction.install()
 
     def advance(self, gravity: Array) -> Array:
-        """One step under gravity (3,), m/s², in the plate's frame; gives x, y (m) and yaw (rad) after it, (3,)."""
+        """Takes one step under gravity (3,), m/s², in the plate's frame.
+
+        It returns x, y (m) and yaw (rad), (3,), after it.
+        """
         self.model.opt.gravity[:] = gravity
         mj.mj_step(self.model, self.data)
         x, y, _, w, a, b, z = self.data.qpos.tolist()
@@ -126,5 +129,5 @@ class MujocoBench:
 
 
 def bench(model: Model, scene: str) -> MujocoBench:
-    """A block at rest in the middle of the plate."""
+    """Returns a block at rest in the middle of the plate."""
     return MujocoBench(model, scene)

@@ -16,7 +16,7 @@ HELP = "the model in plain NumPy, with a block that is stepped by it (Python)"
 
 
 def export_model(named: NamedModel) -> tuple[ExportedFile, ...]:
-    """One file."""
+    """Returns one file."""
     how = [
         f"Friction of a block as {named.stem} says it, in plain NumPy.",
         "block = Block(Law(MODEL, Watch())) lies on the plate; block.advance(gravity) takes one step under gravity "
@@ -26,5 +26,5 @@ def export_model(named: NamedModel) -> tuple[ExportedFile, ...]:
 
 
 def bench(model: Model) -> Block:
-    """A block at rest in the middle of the plate."""
+    """Returns a block at rest in the middle of the plate."""
     return Block(Law(model, Watch()))

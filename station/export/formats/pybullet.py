@@ -25,7 +25,7 @@ HELP = "the model for PyBullet: friction and forces before each step (Python)"
 
 
 def export_model(named: NamedModel) -> tuple[ExportedFile, ...]:
-    """One file."""
+    """Returns one file."""
     how = [
         f"Friction of a block as {named.stem} says it, for PyBullet.",
         "friction = Friction(client, Law(MODEL, Watch()), plate=…, block=…) with the numbers of two bodies, and "
@@ -67,7 +67,7 @@ class Friction:
         self._time_s += self._step_s
 
     def _moment(self, turn: Array, arm: Array, heading: Array, gravity: Array) -> Moment:
-        """The block's motion in the plate's frame."""
+        """Returns the block's motion in the plate's frame."""
         plate_v, plate_w = (np.array(one) for one in self._client.getBaseVelocity(self._plate))
         block_v, block_w = (np.array(one) for one in self._client.getBaseVelocity(self._block))
         slip, spin = turn.T @ (block_v - plate_v - np.cross(plate_w, arm)), turn.T @ (block_w - plate_w)
@@ -103,7 +103,10 @@ class PybulletBench:
         self.friction = Friction(client, Law(model, Watch()), plate=plate, block=self._block)
 
     def advance(self, gravity: Array) -> Array:
-        """One step under gravity (3,), m/s², in the plate's frame; gives x, y (m) and yaw (rad) after it, (3,)."""
+        """Takes one step under gravity (3,), m/s², in the plate's frame.
+
+        It returns x, y (m) and yaw (rad), (3,), after it.
+        """
         self._client.setGravity(*gravity)
         self.friction.before_step(gravity)
         self._client.stepSimulation()
@@ -112,5 +115,5 @@ class PybulletBench:
 
 
 def bench(model: Model) -> PybulletBench:
-    """A block at rest in the middle of the plate."""
+    """Returns a block at rest in the middle of the plate."""
     return PybulletBench(model)

@@ -19,7 +19,7 @@ HELP = "USD physics (.usda): static and dynamic friction of two materials (avera
 
 
 def export(pairs: Sequence[NamedPair]) -> tuple[ExportedFile, ...]:
-    """A stage a pair."""
+    """Returns a stage for each pair."""
     return tuple(_file(each.stem, each.pair) for each in pairs)
 
 

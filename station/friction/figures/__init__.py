@@ -21,7 +21,7 @@ class FigureKind:
 
 
 def figure_kinds() -> tuple[FigureKind, ...]:
-    """Every figure of this folder, in order of its number."""
+    """Returns every figure of this folder, in order of its number."""
     found: list[FigureKind] = []
     for info in pkgutil.iter_modules(__path__):
         module = importlib.import_module(f"{__name__}.{info.name}")

@@ -20,7 +20,7 @@ INTERVAL = "shaded: ± 1 standard deviation of a bin"
 
 
 def draw(pair: Pair) -> Figure:
-    """Mean and standard deviation per bin, with the number of samples below."""
+    """Draws mean and standard deviation per bin, with the number of samples below."""
     figure = Figure(figsize=(4.6, 3.4), layout="constrained")
     upper: Any
     lower: Any

@@ -26,7 +26,7 @@ _MOST_BINS = 60
 
 
 def draw(pair: Pair) -> Figure:
-    """The four panels."""
+    """Draws the four panels."""
     figure = Figure(figsize=(6.6, 5.6), layout="constrained")
     panels: Any = figure.subplots(2, 2)
     slides, flags = pair.slides, pair.flags.by_filter
@@ -67,7 +67,7 @@ def _histogram(axes: Any, values: Array, applicable: Bools, flagged: Bools) -> N
 
 
 def _millimetres_above(axes: Any, slides: Slides) -> None:
-    """A second scale in millimetres, where a calibration tells how far blocks slid on the plate."""
+    """Adds a second scale in millimetres, where a calibration tells how far blocks slid on the plate."""
     way_m = np.linalg.norm(centres_px(slides.post_m) - centres_px(slides.pre_m), axis=1)
     known = np.isfinite(way_m) & (slides.distance_px > 0)
     if known.any():
@@ -103,7 +103,7 @@ def _paths(axes: Any, pair: Pair) -> None:
 
 
 def _foam_px(pair: Pair) -> Array | None:
-    """The foam's edge (2, k) in the image, by the affine map from place to pixel that the marks themselves show."""
+    """Returns the foam's edge (2, k) in the image, by the affine map from place to pixel that the marks show."""
     slides = pair.slides
     places = np.concatenate([centres_px(slides.pre_m), centres_px(slides.post_m)])
     pixels = np.concatenate([centres_px(slides.pre_px), centres_px(slides.post_px)])

@@ -21,7 +21,7 @@ INTERVAL = ""
 
 
 def draw(pair: Pair) -> Figure:
-    """The heat map of the kept slides."""
+    """Draws the heat map of the kept slides."""
     figure = Figure(figsize=(4.0, 3.4), layout="constrained")
     axes: Any = figure.add_subplot()
     axes.set_title(pair.name)

@@ -32,7 +32,7 @@ _RIM = 1.6
 
 
 def draw(pair: Pair) -> Figure:
-    """The fitted curve in polar coordinates: by slide, and by pull."""
+    """Draws the fitted curve in polar coordinates: by slide, and by pull."""
     figure = Figure(figsize=(6.8, 3.9), layout="constrained")
     figure.suptitle(pair.name)
     try:

@@ -23,7 +23,7 @@ INTERVAL = ""
 
 
 def draw(pair: Pair) -> Figure:
-    """The kept slides over the paper's half circle and over the whole one."""
+    """Draws the kept slides over the paper's half circle and over the whole one."""
     figure = Figure(figsize=(6.8, 3.6), layout="constrained")
     kept = pair.kept
     figure.suptitle(pair.name)

@@ -110,7 +110,7 @@ def _name(layout: Layout) -> str:
 
 
 def _simpler(one: Maximum, tried: list[Maximum]) -> Maximum | None:
-    """The model to test against: the largest that this one contains."""
+    """Returns the model to test against: the largest that this one contains."""
     inside = [
         other
         for other in tried
@@ -120,7 +120,7 @@ def _simpler(one: Maximum, tried: list[Maximum]) -> Maximum | None:
 
 
 def _p_value(one: Maximum, simpler: Maximum) -> float:
-    """The p-value of the likelihood-ratio test (Wilks).
+    """Returns the p-value of the likelihood-ratio test (Wilks).
 
     The ease counts as a parameter although it has no effect without a shape: the test is then on the safe side.
     """

@@ -21,7 +21,7 @@ _FLAT = 1e-3
 
 
 def climb(height: Callable[[Array], tuple[float, Array]], start: Array, *, low: Array, high: Array) -> Array:
-    """The parameters (k,) of the maximum that is reached from `start` (k,).
+    """Returns the parameters (k,) of the maximum that is reached from `start` (k,).
 
     Args:
         height: value and gradient (k,); its parameters should be scaled so that steps of about 1 matter alike.
@@ -70,7 +70,7 @@ def _along(
     low: Array,
     high: Array,
 ) -> tuple[Array, float, Array] | None:
-    """A point that is high enough along the way, kept within the bounds, with value and gradient."""
+    """Returns a point that is high enough along the way, kept within the bounds, with value and gradient."""
     share = 1.0
     for _ in range(_HALVINGS):
         there = np.minimum(np.maximum(at + share * way, low), high)
@@ -87,7 +87,7 @@ def _along(
 
 
 def _updated(curvature: Array, moved: Array, fell: Array) -> Array:
-    """BFGS, with Powell's damping, so that the curvature stays positive."""
+    """Updates the curvature by BFGS, with Powell's damping, so that it stays positive."""
     bent = curvature @ moved
     size, match = float(moved @ bent), float(moved @ fell)
     if size <= 0:

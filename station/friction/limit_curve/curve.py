@@ -55,7 +55,7 @@ class FrictionDistribution:
         return mu * self.multiplier.draw(rng, shape)
 
     def quantile(self, probability: float, slide_rad: ArrayLike, *, orientation_rad: float = 0.0) -> Array:
-        """The coefficient that friction does not reach with this probability, by direction (n,)."""
+        """Returns the coefficient that friction does not reach with this probability, by direction (n,)."""
         return self.curve.mu(slide_rad, orientation_rad=orientation_rad) * self.multiplier.quantile(probability)
 
 
@@ -147,25 +147,25 @@ class LimitCurveFit:
         return FrictionDistribution(self.curve, self.multiplier)
 
     def mu(self, phi_rad: ArrayLike, *, orientation_rad: float = 0.0) -> Array:
-        """Median friction coefficient of slides in the directions phi (n,)."""
+        """Returns the median friction coefficient of slides in the directions phi (n,)."""
         return self.curve.mu(phi_rad, orientation_rad=orientation_rad)
 
     def force(self, phi_rad: ArrayLike, *, orientation_rad: float = 0.0) -> Array:
-        """The force (n,) that the contact holds, over the normal force, by the pulls' directions phi (n,), rad."""
+        """Returns the force (n,) that the contact holds, over the normal force, by pulls' directions phi (n,), rad."""
         return self.curve.force(phi_rad, orientation_rad=orientation_rad)
 
     def ellipse(self, *, orientation_rad: float = 0.0) -> Ellipse:
-        """The nearest ellipse, for what knows no other curve."""
+        """Returns the nearest ellipse, for what knows no other curve."""
         return self.curve.ellipse(orientation_rad=orientation_rad)
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain numbers, texts, lists and tables, as JSON takes them; None in the place of NaN."""
+        """Returns plain numbers, texts, lists and tables, as JSON takes them; None in the place of NaN."""
         plain: dict[str, Any] = _plain(asdict(self))
         return plain
 
     @classmethod
     def from_dict(cls, table: Mapping[str, Any]) -> Self:
-        """The fit again from what `as_dict` gave, also after a way through JSON.
+        """Returns the fit again from what `as_dict` gave, also after a way through JSON.
 
         Raises:
             KeyError, TypeError, ValueError: if it is none.
@@ -198,7 +198,7 @@ def _plain(value: Any) -> Any:
 
 
 def _number(value: float | None) -> float:
-    """JSON has no NaN; null stands for it."""
+    """Returns the number, or NaN for null, which stands for it as JSON has none."""
     return float("nan") if value is None else float(value)
 
 

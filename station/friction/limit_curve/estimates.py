@@ -23,7 +23,10 @@ _STEP = 1e-4
 
 
 def estimates_of(fit: Maximum) -> dict[str, Estimate]:
-    """Everything that can be named (`LimitCurveFit.estimates`); ratios and coefficients have intervals of their ln."""
+    """Returns everything that can be named (`LimitCurveFit.estimates`).
+
+    Ratios and coefficients have intervals of their ln.
+    """
     layout = fit.layout
     found = {
         "level": _positive(fit, lambda values: float(values[0])),
@@ -41,13 +44,13 @@ def estimates_of(fit: Maximum) -> dict[str, Estimate]:
 
 
 def friction_at(fit: Maximum, phi_rad: float) -> Estimate:
-    """Friction of a slide in one direction of the frame (at the orientation 0 in the frame "both")."""
+    """Returns the friction of a slide in one direction of the frame (at the orientation 0 in the frame "both")."""
     _, mu, low, high = _columns(fit, np.array([phi_rad]))
     return Estimate(float(mu[0]), float(low[0]), float(high[0]))
 
 
 def band_of(fit: Maximum) -> Band:
-    """The curve with its interval over the circle, at the orientation 0 in the frame "both"."""
+    """Returns the curve with its interval over the circle, at the orientation 0 in the frame "both"."""
     phi, mu, low, high = (tuple(row.tolist()) for row in _columns(fit, _CIRCLE))
     return Band(phi_rad=phi, mu=mu, low=low, high=high)
 
@@ -102,13 +105,13 @@ def _extreme(curve: LimitCurve, sign: float) -> float:
 
 
 def _positive(fit: Maximum, log: Callable[[Array], float]) -> Estimate:
-    """A positive quantity, from its logarithm."""
+    """Returns a positive quantity, from its logarithm."""
     plain = _plain(fit, log)
     return Estimate(*(math.exp(value) for value in (plain.value, plain.low, plain.high)))
 
 
 def _plain(fit: Maximum, of: Callable[[Array], float], *, turn: float | None = None) -> Estimate:
-    """A quantity; one that is an angle is continued over its turn."""
+    """Returns a quantity; one that is an angle is continued over its turn."""
     value = of(fit.values)
     slope = np.zeros(len(fit.values))
     for number in np.flatnonzero(np.diag(fit.covariance) > 0):

@@ -35,7 +35,7 @@ class Multipliers:
 
 
 def fit_family(family: Family, runs: Multipliers, *, start: Multiplier | None = None) -> tuple[Multiplier, float]:
-    """The family's member of the highest likelihood, and ln of that."""
+    """Returns the family's member of the highest likelihood, and ln of that."""
     known = runs.known
     if start is None:
         start = _start(family, np.log(runs.value[known]))
@@ -83,7 +83,7 @@ def _log_likelihood(member: Multiplier, runs: Multipliers) -> float:
 def choose_family(
     runs: Multipliers, *, rng: np.random.Generator, bootstraps: int = BOOTSTRAPS
 ) -> tuple[Multiplier, Goodness]:
-    """The family of the least AIC, and its goodness of fit: Anderson and Darling's A² by parametric bootstrap.
+    """Returns the family of the least AIC, and its goodness of fit: Anderson and Darling's A² by parametric bootstrap.
 
     Runs known only to lie in an interval get a value drawn from there, in the data as in every bootstrap.
     """
@@ -106,7 +106,7 @@ def choose_family(
 
 
 def _replayed(member: Multiplier, runs: Multipliers, rng: np.random.Generator) -> Multipliers:
-    """The runs anew with this multiplier: what exceeds a censored run's limit is censored there, and so on."""
+    """Returns the runs anew with this multiplier: what exceeds a censored run's limit is censored there, and so on."""
     drawn, unknown = member.draw(rng, len(runs.value)), ~runs.known
     below, above = np.where(unknown, runs.below, np.nan), np.where(unknown, runs.above, np.nan)
     open_above, open_below = np.isposinf(below), above <= 0
@@ -122,7 +122,7 @@ def _replayed(member: Multiplier, runs: Multipliers, rng: np.random.Generator) -
 
 
 def _a2(member: Multiplier, runs: Multipliers, rng: np.random.Generator) -> float:
-    """Anderson and Darling's statistic (1952)."""
+    """Returns Anderson and Darling's statistic (1952)."""
     known = runs.known
     p = np.empty(len(known))
     p[known] = member.below(runs.value[known])

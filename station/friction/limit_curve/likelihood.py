@@ -76,7 +76,7 @@ class Likelihood:
         return _Point(local, found)
 
     def _solved(self, values: Array, ease: float) -> tuple[Array, Array]:
-        """Directions (n,) at the onset and while sliding."""
+        """Returns directions (n,) at the onset and while sliding."""
         if not self._shaped:
             return self._towards, self._towards
         first, *rest = (Evaluator([self.layout.shape(values, frame).series()]) for frame in self._frames)
@@ -93,7 +93,7 @@ class Likelihood:
         return onset, slide
 
     def expected_pull(self, values: Array) -> Array:
-        """ln tan (n,) of the tilt at which each run should start, for a multiplier of 1.
+        """Returns ln tan (n,) of the tilt at which each run should start, for a multiplier of 1.
 
         `values` (k,) are the parameters of the layout, each in its own unit.
         """
@@ -108,7 +108,7 @@ class Likelihood:
     # --- the sum ---------------------------------------------------------------------------------------------------
 
     def __call__(self, values: Array) -> tuple[float, Array]:
-        """ln of the likelihood, less the hinge, and its gradient (k,)."""
+        """Returns the ln of the likelihood, less the hinge, and its gradient (k,)."""
         ease, turned = self._ease(values), self.data.orientation_rad
         onset, slide = self._solved(values, ease)
         total, gradient = self._onsets(values, self._at(values, onset, turned))
@@ -206,7 +206,7 @@ class Likelihood:
 
 
 def student(z: Array, tail: float) -> tuple[Array, Array, Array]:
-    """ln of Student's density (n,) at z (n,), its derivative by z, and that by the tail (one over the degrees)."""
+    """Returns ln of Student's density (n,) at z (n,), its derivative by z, and by the tail (one over the degrees)."""
     if tail < NORMAL:
         # To first order in the tail, so that the optimiser sees the way in.
         return -0.5 * z**2 - 0.5 * math.log(2 * math.pi), -z, (z**4 - 2.0 * z**2 - 1.0) / 4.0

@@ -36,12 +36,12 @@ class Maximum:
         return len(self.values) * math.log(self.count) - 2 * self.log_likelihood
 
     def sigma(self, slope: Array) -> float:
-        """Standard error of what changes by `slope` (k,) with the parameters."""
+        """Returns the standard error of what changes by `slope` (k,) with the parameters."""
         return math.sqrt(max(float(slope @ self.covariance @ slope), 0.0))
 
 
 def first_guess(observations: Observations) -> Array:
-    """Values (k,) of the isotropic model from which every fit begins."""
+    """Returns values (k,) of the isotropic model from which every fit begins."""
     layout = Layout("isotropic", "object")
     known = observations.pull[observations.resolved]
     start = dict.fromkeys(layout.names, 0.0)
@@ -92,7 +92,7 @@ def _bounds(layout: Layout) -> tuple[Array, Array]:
 
 
 def _scales(layout: Layout, start: Array, count: int) -> Array:
-    """The scale (k,) of each parameter, about its standard error, so that the climb goes as fast along each."""
+    """Returns the scale (k,) of each parameter, about its standard error, so that the climb goes as fast along each."""
     scatter, spread = math.exp(start[2]), math.exp(start[4])
     root = math.sqrt(max(count, 1))
     fixed = {"log_scatter": 0.8, "log_direction_scatter": 0.8, "tail": 0.7, "direction_tail": 0.7, "turn": spread}
@@ -123,7 +123,7 @@ def _covariance(likelihood: Likelihood, values: Array, start: Array) -> Array:
 
 
 def _slope_of_slope(likelihood: Likelihood, values: Array, index: int, step: float) -> Array:
-    """The change of the gradient (k,) with one parameter."""
+    """Returns the change of the gradient (k,) with one parameter."""
     ahead, behind = values.copy(), values.copy()
     ahead[index] += step
     behind[index] -= step

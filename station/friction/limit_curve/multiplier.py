@@ -43,7 +43,7 @@ class Multiplier:
             raise ValueError(f"expected positive {', '.join(names)} for {self.family}, got {self.parameters}")
 
     def log_density(self, values: ArrayLike) -> Array:
-        """ln of the density (n,) at positive values (n,)."""
+        """Returns the ln of the density (n,) at positive values (n,)."""
         x = np.asarray(values, dtype=np.float64)
         first, second = self.parameters[:2]
         if self.family == "gamma":
@@ -59,7 +59,7 @@ class Multiplier:
         return constant - (nu + 1) / 2 * np.log1p(z**2 / nu) - np.log(x * second)
 
     def below(self, values: ArrayLike) -> Array:
-        """Probability (n,) of a smaller value."""
+        """Returns the probability (n,) of a smaller value."""
         x = np.asarray(values, dtype=np.float64)
         first, second = self.parameters[:2]
         if self.family == "gamma":
@@ -71,7 +71,7 @@ class Multiplier:
         return _SPECIAL.ndtr(z) if self.family == "lognormal" else _SPECIAL.stdtr(self.parameters[2], z)
 
     def above(self, values: ArrayLike) -> Array:
-        """Probability (n,) of a larger value, with its digits where it is small."""
+        """Returns the probability (n,) of a larger value, with its digits where it is small."""
         x = np.asarray(values, dtype=np.float64)
         first, second = self.parameters[:2]
         if self.family == "gamma":
@@ -83,13 +83,13 @@ class Multiplier:
         return _SPECIAL.ndtr(z) if self.family == "lognormal" else _SPECIAL.stdtr(self.parameters[2], z)
 
     def between(self, low: ArrayLike, high: ArrayLike) -> Array:
-        """Probability (n,) of a value between two (n,), from whichever end is nearer."""
+        """Returns the probability (n,) of a value between two (n,), from whichever end is nearer."""
         return np.maximum(
             np.where(self.below(low) > 0.5, self.above(low) - self.above(high), self.below(high) - self.below(low)), 0.0
         )
 
     def quantile(self, probability: ArrayLike) -> Array:
-        """The value (n,) that is not reached with this probability (n,)."""
+        """Returns the value (n,) that is not reached with this probability (n,)."""
         p = np.asarray(probability, dtype=np.float64)
         first, second = self.parameters[:2]
         if self.family == "gamma":
@@ -100,7 +100,7 @@ class Multiplier:
         return first * np.exp(second * z)
 
     def draw(self, rng: np.random.Generator, size: int | tuple[int, ...]) -> Array:
-        """Independent draws (size,), or of the shape `size`."""
+        """Returns independent draws (size,), or of the shape `size`."""
         first, second = self.parameters[:2]
         if self.family == "gamma":
             return rng.gamma(first, second, size)
@@ -111,6 +111,6 @@ class Multiplier:
 
 
 def _power(values: Array, exponent: float) -> Array:
-    """Powers (n,) of positive values (n,): infinite, as is their limit, where runs hardly scatter."""
+    """Returns powers (n,) of positive values (n,): infinite, as is their limit, where runs hardly scatter."""
     with np.errstate(over="ignore"):
         return values**exponent

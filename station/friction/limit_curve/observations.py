@@ -72,12 +72,12 @@ class Observations:
         return self.towards_plate_rad - self.towards_object_rad
 
     def where(self, chosen: Bools | NDArray[np.intp]) -> Observations:
-        """The rows that are chosen (n,)."""
+        """Returns the rows that are chosen (n,)."""
         return Observations(**{spec.name: getattr(self, spec.name)[chosen] for spec in fields(self)})
 
 
 def observations_of(pair: Pair) -> Observations:
-    """The runs of a pair whose block was seen, but for those that `LEFT_OUT` flagged and those that the foam held."""
+    """Returns the runs of a pair whose block was seen, but for those that `LEFT_OUT` flagged or the foam held."""
     slides, samples = pair.slides, pair.samples
     mount = _column(samples, "plate_mount_rad")
     # The yaw is known where the slide is not: a censored run has none.
@@ -112,7 +112,7 @@ def _column(samples: tuple[Sample, ...], name: str) -> Array:
 
 
 def _leaning(slides: Slides, opening: Opening) -> Bools:
-    """Blocks (n,) that touched foam which did not let them go: it held them, or turned them aside.
+    """Marks blocks (n,) that touched foam which did not let them go: it held them, or turned them aside.
 
     By the direction of the pull, which is known beforehand, and not by what the block then did.
     """
@@ -129,7 +129,7 @@ def _pull(tilt_rad: Array) -> Array:
 
 
 def _bracket(slides: Slides, samples: tuple[Sample, ...]) -> tuple[Array, Array]:
-    """The tilts (n, n) between which an onset lies that could not be fitted.
+    """Returns the tilts (n, n) between which an onset lies that could not be fitted.
 
     It was noticed by the paper's rule, which is late: at a tilt rate w a block that starts goes d in (6 d cos θ w² /
     g)^(1/3) of tilt, and may have started that much before the step in which it was noticed.
@@ -143,7 +143,10 @@ def _bracket(slides: Slides, samples: tuple[Sample, ...]) -> tuple[Array, Array]
 
 
 def _slide_sigma_rad(slides: Slides, samples: tuple[Sample, ...]) -> Array:
-    """Error of a slide's direction against the block (n,), from the corners' noise: both centres and the yaw."""
+    """Returns the error of a slide's direction against the block (n,), from the corners' noise.
+
+    The noise acts on both centres and on the yaw.
+    """
     corner = np.array([_corner_px(sample) for sample in samples])
     side = slides.circumference_px[:, 0] / 4
     with np.errstate(divide="ignore", invalid="ignore"):

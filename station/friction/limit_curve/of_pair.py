@@ -24,7 +24,7 @@ _STRAIGHT = 0.7
 
 @lru_cache(maxsize=8)
 def chosen_curve(pair: Pair) -> Choice:
-    """The curve of a pair; kept, as both the analysis and its figure ask for it.
+    """Returns the curve of a pair; kept, as both the analysis and its figure ask for it.
 
     Raises:
         ValueError: saying in a sentence why no curve can be fitted.
@@ -33,7 +33,7 @@ def chosen_curve(pair: Pair) -> Choice:
 
 
 def limit_curve_of(pair: Pair, *, rng: np.random.Generator, bootstraps: int = BOOTSTRAPS) -> LimitCurveFit:
-    """The limit curve of a pair with its scatter; `rng` is for the goodness of fit.
+    """Returns the limit curve of a pair with its scatter; `rng` is for the goodness of fit.
 
     Raises:
         ValueError: saying in a sentence why no curve can be fitted.
@@ -44,7 +44,7 @@ def limit_curve_of(pair: Pair, *, rng: np.random.Generator, bootstraps: int = BO
 def fit_of(
     choice: Choice, observations: Observations, *, rng: np.random.Generator, bootstraps: int = BOOTSTRAPS
 ) -> LimitCurveFit:
-    """The result of a choice between curves, with the distribution of the scatter about the best of them."""
+    """Returns the result of a choice between curves, with the distribution of the scatter about the best of them."""
     best = choice.best
     multiplier, goodness = choose_family(multipliers(best, observations), rng=rng, bootstraps=bootstraps)
     estimates = estimates_of(best)
@@ -66,7 +66,7 @@ def fit_of(
 
 
 def multipliers(fit: Maximum, observations: Observations) -> Multipliers:
-    """Each run's friction over what the curve expects of it, drift included."""
+    """Returns each run's friction over what the curve expects of it, drift included."""
     expected = Likelihood(fit.layout, observations).expected_pull(fit.values)
     return Multipliers(
         value=np.exp(observations.pull - expected),

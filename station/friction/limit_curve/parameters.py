@@ -66,15 +66,15 @@ class Layout:
         return (*NUISANCE, "turn", *(("ease",) if self.shape_names else ()), *self.shape_names)
 
     def index(self, name: str) -> int:
-        """The place of a parameter."""
+        """Returns the place of a parameter."""
         return self.names.index(name)
 
     def bounds(self) -> list[tuple[float, float]]:
-        """Least and greatest values (k,)."""
+        """Returns the least and greatest values (k,)."""
         return [_BOUNDS[_family(name)] for name in self.names]
 
     def shape(self, values: Array, frame: str) -> Shape:
-        """The shape in one frame, by the `values` (k,) of the parameters, each in its own unit."""
+        """Returns the shape in one frame, by the `values` (k,) of the parameters, each in its own unit."""
         found = {name: float(value) for name, value in zip(self.names, values, strict=True)}
 
         def pair(order: int) -> tuple[float, float]:
@@ -83,7 +83,7 @@ class Layout:
         return Shape(stretch=pair(2), one_way=pair(1), third=pair(3), fourth=pair(4))
 
     def curve(self, values: Array) -> LimitCurve:
-        """The limit curve at some values (k,)."""
+        """Returns the limit curve at some values (k,)."""
         return LimitCurve(
             level=math.exp(float(values[0])),
             frame=self.frame,
@@ -92,7 +92,7 @@ class Layout:
         )
 
     def slopes(self, values: Array, frame: str) -> list[tuple[int, Complex]]:
-        """The place of each shape parameter of a frame, and the derivative (ORDER + 1,) of the series by it.
+        """Returns the place of each shape parameter of a frame, and the derivative (ORDER + 1,) of the series by it.
 
         `values` (k,) are the parameters, each in its own unit.
         """
@@ -119,7 +119,7 @@ def _family(name: str) -> str:
 
 
 def _stretch_slope(stretch: complex, unit: complex) -> Complex:
-    """Derivative of `ellipse_series` along a unit of the stretch."""
+    """Returns the derivative of `ellipse_series` along a unit of the stretch."""
     size = abs(stretch)
     if size > 1e-6:
         share = math.tanh(size / 2) / size
@@ -134,7 +134,7 @@ def _stretch_slope(stretch: complex, unit: complex) -> Complex:
 
 
 def extended(layout: Layout, values: Array, *, to: Layout, ease: float) -> Array:
-    """The `values` (k,) of a model as a start (m,) of another: those that it lacks are 0, but for the ease.
+    """Returns the `values` (k,) of a model as a start (m,) of another: those that it lacks are 0, but for the ease.
 
     Each is in its parameter's own unit.
     """

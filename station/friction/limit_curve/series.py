@@ -47,12 +47,14 @@ class Local:
     jerk: Array
 
     def __add__(self, other: Local) -> Local:
-        """The product of two curves."""
+        """Returns the product of two curves."""
         return Local(self.log + other.log, self.slope + other.slope, self.bend + other.bend, self.jerk + other.jerk)
 
 
 def ellipse_series(stretch_cos: float, stretch_sin: float) -> Complex:
-    """Coefficients a (ORDER + 1,) of ln h = Re sum a_k exp(−i k phi) of an ellipse with mu_1 mu_2 = 1, less their mean.
+    """Returns the series (ORDER + 1,) of ln h of an ellipse with mu_1 mu_2 = 1, without its mean.
+
+    Its coefficients a are those of ln h = Re sum a_k exp(−i k phi).
 
     The arguments are ln(mu_1/mu_2) times cosine and sine of twice the direction of mu_1. With rho = (mu_1 − mu_2) /
     (mu_1 + mu_2), ln h = const + sum over k of (−1)^(k+1) rho^k cos(2 k (phi − axis)) / k.
@@ -78,7 +80,7 @@ class Evaluator:
         self._size = (derivatives, len(series))
 
     def __call__(self, phi: Array) -> Array:
-        """Values and derivatives (derivatives, series, n) at the directions phi (n,)."""
+        """Returns values and derivatives (derivatives, series, n) at the directions phi (n,)."""
         return (self._weights @ _waves(phi, self._order)).reshape(*self._size, len(phi))
 
 
@@ -87,7 +89,10 @@ _TURNED = np.power.outer(-1j * np.arange(ORDER + 1), np.arange(4)).T
 
 
 def _waves(phi: Array, order: NDArray[np.intp]) -> Array:
-    """Cosines, then sines, of each order (2 m, n), by multiplication: trigonometry would take most of a fit's time."""
+    """Returns cosines, then sines, of each order (2 m, n), by multiplication.
+
+    Trigonometry would take most of a fit's time.
+    """
     z = np.exp(1j * phi)
     square = z * z
     powers = np.empty((len(order), len(phi)), dtype=np.complex128)
@@ -103,7 +108,7 @@ def _waves(phi: Array, order: NDArray[np.intp]) -> Array:
 
 
 def evaluate(series: Complex, phi: ArrayLike) -> Local:
-    """A series (ORDER + 1,) at the directions phi (…,), rad."""
+    """Returns a series (ORDER + 1,) at the directions phi (…,), rad."""
     angles = np.asarray(phi, dtype=np.float64)
     return Local(*Evaluator([series])(angles.ravel())[:, 0].reshape(4, *angles.shape))
 
@@ -111,7 +116,7 @@ def evaluate(series: Complex, phi: ArrayLike) -> Local:
 def slide_direction(
     slopes: Callable[[Array], Array], pull_rad: Array, *, ease: float = 1.0, start_rad: Array | None = None
 ) -> Array:
-    """The direction phi (n,), rad, of a block that is pulled towards delta (n,): Halley's method, kept in bounds.
+    """Gives the direction phi (n,), rad, of a block that is pulled towards delta (n,): Halley's method, kept in bounds.
 
     Args:
         slopes: gives p, p′ and p″, (3, n), at directions (n,).
@@ -143,5 +148,5 @@ def slide_direction(
 
 
 def convexity(local: Local) -> Array:
-    """(h + h″) / h (n,): not negative where the curve is convex."""
+    """Returns (h + h″) / h (n,): not negative where the curve is convex."""
     return 1.0 + local.slope**2 + local.bend

@@ -42,7 +42,7 @@ class Shape:
     fourth: tuple[float, float] = (0.0, 0.0)
 
     def series(self) -> Complex:
-        """Coefficients a (ORDER + 1,) of ln mu = Re sum a_k exp(−i k phi), without the mean."""
+        """Returns coefficients a (ORDER + 1,) of ln mu = Re sum a_k exp(−i k phi), without the mean."""
         series = ellipse_series(*self.stretch)
         for order, pair in zip(ODD, (self.one_way, self.third, self.fourth), strict=True):
             series[order] += complex(*pair)
@@ -58,7 +58,7 @@ class Ellipse:
     axis_rad: float
 
     def mu(self, phi_rad: ArrayLike) -> Array:
-        """Friction (n,) of a slide in the direction phi (n,)."""
+        """Returns the friction (n,) of a slide in the direction phi (n,)."""
         along = np.asarray(phi_rad, dtype=np.float64) - self.axis_rad
         return cast(Array, np.hypot(self.mu_1 * np.cos(along), self.mu_2 * np.sin(along)))
 
@@ -78,7 +78,7 @@ class LimitCurve:
     plate: Shape = Shape()
 
     def series(self, orientation_rad: float = 0.0) -> Complex:
-        """The series (ORDER + 1,) of ln mu in the frame, at one orientation of the object on the plate."""
+        """Returns the series (ORDER + 1,) of ln mu in the frame, at one orientation of the object on the plate."""
         if self.frame == "object":
             return self.object.series()
         if self.frame == "plate":
@@ -86,11 +86,11 @@ class LimitCurve:
         return self.object.series() + self.plate.series() * np.exp(-1j * np.arange(ORDER + 1) * orientation_rad)
 
     def mu(self, phi_rad: ArrayLike, *, orientation_rad: float = 0.0) -> Array:
-        """Friction coefficient (n,) while the block begins to slide in the directions phi (n,)."""
+        """Returns the friction coefficient (n,) while the block begins to slide in the directions phi (n,)."""
         return self.level * np.exp(evaluate(self.series(orientation_rad), phi_rad).log)
 
     def force(self, phi_rad: ArrayLike, *, orientation_rad: float = 0.0) -> Array:
-        """The force (n,) that the contact holds, over the normal force, against pulls in the directions phi (n,), rad.
+        """Returns the force (n,) that the contact holds, over normal force, against pulls in directions phi (n,), rad.
 
         This is the limit curve's radius and the tangent of the tilt at which the block starts.
         """
@@ -99,17 +99,17 @@ class LimitCurve:
         return self.level * np.exp(local.log) * np.hypot(1.0, local.slope)
 
     def slide(self, pull_rad: ArrayLike, *, orientation_rad: float = 0.0) -> Array:
-        """The directions (n,), rad, in which a block begins to slide when pulled in the directions `pull_rad` (n,)."""
+        """Returns the directions (n,), rad, in which a block begins to slide when pulled towards `pull_rad` (n,)."""
         pull = np.asarray(pull_rad, dtype=np.float64)
         both = Evaluator([self.series(orientation_rad)])
         return slide_direction(lambda phi: both(phi)[1:, 0], pull.ravel()).reshape(pull.shape)
 
     def convexity(self, *, orientation_rad: float = 0.0) -> float:
-        """The least of (mu + mu″) / mu over all directions: a limit curve is convex where it is not negative."""
+        """Gives the least of (mu + mu″) / mu over all directions: a limit curve is convex where it is not negative."""
         return float(convexity(evaluate(self.series(orientation_rad), _circle())).min())
 
     def ellipse(self, *, orientation_rad: float = 0.0) -> Ellipse:
-        """The nearest ellipse: least squares of ln mu over the circle. One-way friction is lost in it."""
+        """Returns the nearest ellipse: least squares of ln mu over the circle. One-way friction is lost in it."""
         series = self.series(orientation_rad)
         # The second harmonic of an ellipse is rho = tanh(stretch / 2), and this is where least squares begin.
         stretch, target = _stretch(complex(series[2])), evaluate(series, _circle()).log
@@ -138,7 +138,7 @@ def _stretch(second: complex) -> tuple[float, float]:
 
 
 def _slopes(stretch: tuple[float, float], *, step: float = 1e-5) -> Array:
-    """Derivatives (360, 2) of an ellipse's ln mu."""
+    """Returns derivatives (360, 2) of an ellipse's ln mu."""
     columns: list[Array] = []
     for by_cos, by_sin in ((step, 0.0), (0.0, step)):
         ahead = evaluate(ellipse_series(stretch[0] + by_cos, stretch[1] + by_sin), _circle()).log

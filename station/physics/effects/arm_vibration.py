@@ -88,12 +88,12 @@ class ArmVibration(Effect):
     separated_by: ClassVar[str] = "the same tilts from other poses of the arm, or an IMU on the plate"
 
     def push(self, contact: Contact, values: Values) -> Array | None:
-        """The mean push (n, 3), m/s², in P, down the slope."""
+        """Returns the mean push (n, 3), m/s², in P, down the slope."""
         mean = _course(np.where(contact.moving, contact.slid_s, 0.0), values) * _deviation(contact, values)
         return np.column_stack([mean[:, None] * contact.down, np.zeros(len(contact))])
 
     def creep(self, contact: Contact, values: Values) -> Array | None:
-        """The mean velocity (n, 2), m/s, of a block that slips at crests and is stopped in troughs."""
+        """Returns the mean velocity (n, 2), m/s, of a block that slips at crests and is stopped in troughs."""
         sd = _deviation(contact, values)
         apart = np.maximum(contact.spare_m_s2, 0.0) / np.maximum(sd, LEAST_M_S2)
         slips = 9.0 * np.exp(-0.5 * apart**2) / ((1.0 + apart) * (1.0 + apart + apart**2)) / (2.0 * np.pi)
@@ -106,18 +106,18 @@ class ArmVibration(Effect):
 
 
 def _course(slid_s: Array, values: Values) -> Array:
-    """The mean push (n,) `slid_s` (n,) after the slip, over the shaking's deviation."""
+    """Returns the mean push (n,) `slid_s` (n,) after the slip, over the shaking's deviation."""
     cycles = values["tone_hz"] * slid_s
     begun, rising = EARLY * np.sqrt(_kept(values)) * np.cos(2.0 * np.pi * cycles), KICK * np.sin(2.0 * np.pi * cycles)
     return (begun + rising) * np.exp(-0.5 * (cycles / FADES) ** 2)
 
 
 def _deviation(contact: Contact, values: Values) -> Array:
-    """The standard deviation (n,) of the shaking, m/s²."""
+    """Returns the standard deviation (n,) of the shaking, m/s²."""
     wave = values["cos1"] * contact.down[:, 0] + values["sin1"] * contact.down[:, 1]
     return np.asarray(values["sd_m_s2"] * (1.0 + wave))
 
 
 def _kept(values: Values) -> float:
-    """The share R of the shaking's deviation by which traced onsets scatter."""
+    """Returns the share R of the shaking's deviation by which traced onsets scatter."""
     return float(1.0 / (1.0 + (2.0 * np.pi * values["tone_hz"] * TRACED_S) ** POWER))

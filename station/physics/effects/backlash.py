@@ -43,7 +43,7 @@ class Backlash(Effect):
         return -behind[:, None] * contact.tilt_axis
 
     def why_untestable(self, contact: Contact) -> str | None:
-        """Slides that all began with the tilt moving the same way cannot show it: play is then another mu."""
+        """Returns the reason if all slides began with the tilt moving the same way: play is then another mu."""
         if len(contact) and np.ptp(contact.rising) > 0:
             return None
         return "Every slide began with the tilt moving the same way, so play is the same as another mu; add reversals."

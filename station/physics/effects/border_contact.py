@@ -73,7 +73,7 @@ class BorderContact(Effect):
 
 
 def _met(contact: Contact, values: Values) -> tuple[Array, Array]:
-    """The foam's force (2, n), m/s², on a block, and its moment about the mass (n,), m²/s²; both per mass."""
+    """Returns the foam's force (2, n), m/s², on a block, and its moment about the mass (n,), m²/s²; both per mass."""
     corner = _corners(contact)
     place = corner + np.array([contact.x_m, contact.y_m])[:, None]
     reach = np.maximum(np.hypot(*place), LEAST_M)
@@ -88,7 +88,7 @@ def _met(contact: Contact, values: Values) -> tuple[Array, Array]:
 
 
 def _corners(contact: Contact) -> Array:
-    """The corners (2, 4, n), m, from the block's middle."""
+    """Returns the corners (2, 4, n), m, from the block's middle."""
     half, (cosine, sine) = 0.5 * np.sqrt(contact.area_m2), cos_sin(contact.yaw_rad)
     along, aside = np.array(CORNERS).T[:, :, None] * half
     return np.array([cosine * along - sine * aside, sine * along + cosine * aside])

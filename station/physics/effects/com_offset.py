@@ -48,7 +48,7 @@ class ComOffset(Effect):
     separated_by: ClassVar[str] = "tilts in all four directions up to where the block topples"
 
     def seen(self, view: View, values: Values) -> Array | None:
-        """The fall's displacement (n, 4, 2), m, less that of a block with its mass in the middle."""
+        """Returns the fall's displacement (n, 4, 2), m, less that of a block with its mass in the middle."""
         if not view.on_block:
             return None
         tall = values["slenderness"]
@@ -56,7 +56,7 @@ class ComOffset(Effect):
         return off - fallen(view, slenderness=tall)
 
     def mass(self, contact: Contact, values: Values) -> Array | None:
-        """The offset (n, 3) along the sole, in widths of the sole."""
+        """Returns the offset (n, 3) along the sole, in widths of the sole."""
         return np.array([[values["x_m"], values["y_m"], 0.0]]) / np.sqrt(contact.area_m2)[:, None]
 
     def why_untestable(self, contact: Contact) -> str | None:

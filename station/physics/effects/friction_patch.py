@@ -87,13 +87,13 @@ class FrictionPatch(Effect):
 
 
 def _across(contact: Contact, along_u: Array, along_v: Array) -> Array:
-    """The part a × e (n,) across the way of an arm a in the plate's grain."""
+    """Returns the part a × e (n,) across the way of an arm a in the plate's grain."""
     way_rad = contact.way_rad - contact.mount_rad
     return along_u * np.sin(way_rad) - along_v * np.cos(way_rad)
 
 
 def _arm_m(contact: Contact, values: Values) -> tuple[Array, Array]:
-    """Friction's arm a (n,), m, along the two axes of the plate's grain."""
+    """Returns friction's arm a (n,), m, along the two axes of the plate's grain."""
     u, v = _place(contact, values["length_m"])
     sin_u, sin_v, cos_u, cos_v, zero = np.sin(u), np.sin(v), np.cos(u), np.cos(v), np.zeros(len(contact))
     low_u, low_v, both = 1.0 - cos_u, 1.0 - cos_v, sin_u * sin_v
@@ -104,12 +104,12 @@ def _arm_m(contact: Contact, values: Values) -> tuple[Array, Array]:
 
 
 def _weighed(values: Values, terms: Sequence[Array]) -> Array:
-    """The sum (n,) of the terms (n,), each by its size."""
+    """Returns the sum (n,) of the terms (n,), each by its size."""
     return np.array([values[name] for name in SIZES]) @ np.array(terms)
 
 
 def _place(contact: Contact, length_m: float) -> tuple[Array, Array]:
-    """The place over the length, in the plate's grain: u and v (n,)."""
+    """Returns the place over the length, in the plate's grain: u and v (n,)."""
     cos, sin = np.cos(contact.mount_rad), np.sin(contact.mount_rad)
     u = (cos * contact.x_m + sin * contact.y_m) / length_m
     v = (cos * contact.y_m - sin * contact.x_m) / length_m

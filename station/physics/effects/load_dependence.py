@@ -57,12 +57,15 @@ class LoadDependence(Effect):
         return ((square + load**2) / (square + REFERENCE_N**2)) ** (-0.5 * values["exponent"])
 
     def idle(self, contact: Contact) -> frozenset[str]:
-        """The load at which the fall begins, if loads span less than WIDE: nothing tells it from a smaller exponent."""
+        """Returns the load at which the fall begins, if loads span less than WIDE.
+
+        In that case nothing tells it from a smaller exponent.
+        """
         load = contact.mass_kg * contact.pressing_m_s2
         return frozenset() if len(load) and load.max() > WIDE * load.min() else frozenset({"from_log10_n"})
 
     def derived(self, contact: Contact, values: Values) -> Mapping[str, tuple[float, str]]:
-        """The fall of friction per e-fold of the load, which exponent and beginning share."""
+        """Returns the fall of friction per e-fold of the load, which exponent and beginning share."""
         load = contact.mass_kg * contact.pressing_m_s2
         low, high = np.quantile(load, SHARES).tolist()
         if not LEAST_N < low < high:

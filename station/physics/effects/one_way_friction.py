@@ -54,7 +54,10 @@ class OneWayFriction(Effect):
     demonstrated: ClassVar[Values] = {"cos1": 0.3}
 
     def idle(self, contact: Contact) -> frozenset[str]:
-        """The nap's frame, if the block always has the same heading on the plate: its nap and the plate's are one."""
+        """Returns the nap's frame, if the block always has the same heading on the plate.
+
+        Its nap and the plate's are then one.
+        """
         turned = np.exp(1j * (contact.yaw_rad - contact.mount_rad))
         alike = len(contact) == 0 or float(np.abs(np.mean(turned))) > 1.0 - 0.5 * TURNED_RAD**2
         return frozenset({"with_block"}) if alike else frozenset()
@@ -83,12 +86,12 @@ class _Nap:
     folds: int = 1
 
     def radius(self, angle_rad: Array) -> Array:
-        """r (n,) at angles (n,)."""
+        """Returns r (n,) at angles (n,)."""
         wave, across = cos_sin(angle_rad)
         return self.size * wave + np.sqrt(1.0 - self.round * across**2)
 
     def slopes(self, angle_rad: Array) -> tuple[Array, Array]:
-        """d ln r / dψ and d² ln r / dψ² (n,)."""
+        """Returns d ln r / dψ and d² ln r / dψ² (n,)."""
         wave, across = cos_sin(angle_rad)
         root = np.sqrt(1.0 - self.round * across**2)
         radius = self.size * wave + root

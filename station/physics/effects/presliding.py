@@ -70,7 +70,7 @@ class Presliding(Effect):
 
 
 def _given(view: View, elastic_share: float) -> Array:
-    """The slope g (n,) at which an elastic sole would have sheared as far, by the law of this module."""
+    """Returns the slope g (n,) at which an elastic sole would have sheared as far, by the law of this module."""
     slope, limit = (np.clip(np.tan(np.minimum(angle, 1.5)), 0.0, STEEPEST) for angle in (view.tilt_rad, view.limit_rad))
     known = limit > LEAST_LIMIT  # False also where it is nan
     share = np.minimum(np.divide(slope, limit, out=np.zeros(len(slope)), where=known), NEAREST)

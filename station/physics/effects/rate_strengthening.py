@@ -72,10 +72,10 @@ class RateStrengthening(Effect):
         return np.where(contact.moving | (values["per_e_fold"] <= 0.0), 0.0, speed)[:, None] * contact.down
 
     def derived(self, contact: Contact, values: Values) -> Mapping[str, tuple[float, str]]:
-        """The slope of friction by speed, which the law's size and shape share."""
+        """Returns the slope of friction by speed, which the law's size and shape share."""
         return speed_slope(self, contact, values)
 
 
 def _cut_off_m_s(values: Values) -> float:
-    """The speed v0, m/s, below which friction is linear in the speed."""
+    """Returns the speed v0, m/s, below which friction is linear in the speed."""
     return float(FASTEST_M_S * 10.0 ** -values["slower_decades"])

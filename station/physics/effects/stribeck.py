@@ -55,5 +55,5 @@ class Stribeck(Effect):
         return np.where(contact.moving, 1.0 - values["drop"] * fallen, 1.0)
 
     def derived(self, contact: Contact, values: Values) -> Mapping[str, tuple[float, str]]:
-        """The slope of friction by speed, which the law's size and shape share."""
+        """Returns the slope of friction by speed, which the law's size and shape share."""
         return speed_slope(self, contact, values)

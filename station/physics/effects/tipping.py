@@ -41,7 +41,7 @@ class Tipping(Effect):
         return fallen(view, slenderness=values["slenderness"])
 
     def mass(self, contact: Contact, values: Values) -> Array | None:
-        """The centre of mass (n, 3) in the block's frame: half the block's height above the sole."""
+        """Returns the centre of mass (n, 3) in the block's frame: half the block's height above the sole."""
         return np.array([0.0, 0.0, values["slenderness"] / 2.0]) * np.ones((len(contact), 1))
 
     def why_untestable(self, contact: Contact) -> str | None:

@@ -81,13 +81,13 @@ class UnevenContact(Effect):
 
 
 def _across_m(contact: Contact, values: Values) -> Array:
-    """The arm's part across the way, a × e (n,)."""
+    """Returns the arm's part across the way, a × e (n,)."""
     cosine, sine = cos_sin(contact.way_rad - contact.yaw_rad)
     return values["x_m"] * sine - values["y_m"] * cosine
 
 
 def _in_front(contact: Contact, values: Values) -> Array:
-    """The friction where the pressure leads to, over that under the mass (n,)."""
+    """Returns the friction where the pressure leads to, over that under the mass (n,)."""
     cosine, sine = cos_sin(contact.way_rad - contact.yaw_rad)
     along_m = values["x_m"] * cosine + values["y_m"] * sine
     return np.maximum(1.0 + 12.0 * values["lead"] * along_m / np.sqrt(contact.area_m2), LEAST)

@@ -38,7 +38,7 @@ class Viscous(Effect):
     demonstrated: ClassVar[Values] = {"drag_n_s_m": 0.06}
 
     def idle(self, contact: Contact) -> frozenset[str]:
-        """The exponent, if all runs have one mass: it and the drag are then one number."""
+        """Returns the exponent, if all runs have one mass: it and the drag are then one number."""
         return frozenset({"by_load"}) if len(contact) == 0 or np.ptp(contact.mass_kg) == 0.0 else frozenset()
 
     def push(self, contact: Contact, values: Values) -> Array | None:

@@ -80,7 +80,7 @@ class ArmWatch:
             self._waiting = None
 
     def health(self) -> ArmHealth:
-        """The findings of the messages so far."""
+        """Returns the findings of the messages so far."""
         return ArmHealth(
             commands=self._commands,
             begin_p50_ms=self._begin.at(0.5) * 1e-6,
@@ -94,7 +94,7 @@ class ArmWatch:
 
 
 def _turn_rad(a: PlatformState, b: PlatformState) -> float:
-    """The angle between two attitudes, by the vector part of their quotient: accurate for small angles."""
+    """Returns the angle between two attitudes, by the vector part of their quotient: accurate for small angles."""
     x = a.qw * b.qx - a.qx * b.qw - a.qy * b.qz + a.qz * b.qy
     y = a.qw * b.qy + a.qx * b.qz - a.qy * b.qw - a.qz * b.qx
     z = a.qw * b.qz - a.qx * b.qy + a.qy * b.qx - a.qz * b.qw

@@ -37,7 +37,7 @@ class Held:
 
 
 def held_in_a_row(samples: Sequence[Sample]) -> tuple[Held, ...]:
-    """More runs in a row that were held than would be by chance; disturbed and tipped runs tell nothing."""
+    """Finds more runs in a row that were held than would be by chance; disturbed and tipped runs tell nothing."""
     informative = [sample for sample in samples if not sample.disturbed and "tipped" not in sample.flags]
     farthest = dict[int, float]()
     for sample in informative:
@@ -49,7 +49,7 @@ def held_in_a_row(samples: Sequence[Sample]) -> tuple[Held, ...]:
 
 
 def _chance(held: Sequence[bool]) -> float:
-    """The probability that a run is held, from the runs after one that slipped (Laplace's rule of succession).
+    """Returns the probability that a run is held, from the runs after one that slipped (Laplace's rule of succession).
 
     Runs after a held one are what is judged: one long row would else excuse itself. That a row of r begins at one of n
     runs has at most the probability n times its r-th power.

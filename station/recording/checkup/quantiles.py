@@ -26,7 +26,7 @@ class Quantiles:
         self._bins[round(_PER_DECADE * math.log10(max(duration_ns, _SMALLEST_NS) / _SMALLEST_NS))] += 1
 
     def at(self, share: float) -> float:
-        """The value (ns) that `share` (0 to 1) of all lie at or below, within 1 %; NaN without values."""
+        """Returns the value (ns) that `share` (0 to 1) of all lie at or below, within 1 %; NaN without values."""
         wanted, seen = share * self.count, 0
         for index in sorted(self._bins):
             seen += self._bins[index]

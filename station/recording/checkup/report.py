@@ -47,7 +47,7 @@ class Report:
     parts_missing: tuple[str, ...] = ()
 
     def stream(self, topic: str) -> StreamHealth | None:
-        """The line of one topic, or None when it does not occur."""
+        """Returns the line of one topic, or None when it does not occur."""
         return next((stream for stream in self.streams if stream.topic == topic), None)
 
 
@@ -94,12 +94,12 @@ def examine(reader: RecordingReader) -> Report:
 
 
 def _whole(text: str) -> int | None:
-    """The number of a metadata value; None if it is none. Metadata has no checksum: anything may stand there."""
+    """Gives the number of a metadata value; None if it is none. Metadata has no checksum: anything may stand there."""
     return int(text) if text.isascii() and text.isdigit() and len(text) <= _DIGITS else None
 
 
 def _camera_rate_hz(reader: RecordingReader) -> float | None:
-    """The frame rate that the recording's own rig file asks for; None when it does not say."""
+    """Returns the frame rate that the recording's own rig file asks for; None when it does not say."""
     try:
         rig = table_of(reader.attachments.get("rig.toml", b""), "rig.toml")
         rate: Any = rig.child("camera").values.get("rate_hz")

@@ -225,5 +225,5 @@ def _list(runs: tuple[int, ...]) -> str:
 
 
 def findings(report: Report) -> tuple[Finding, ...]:
-    """Every broken rule, in the order of the rules."""
+    """Returns every broken rule, in the order of the rules."""
     return tuple(finding for rule in RULES for finding in rule(report))

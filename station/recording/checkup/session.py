@@ -93,7 +93,7 @@ class SessionWatch:
             self._lines.append(f"{message.name}: {message.message}")
 
     def health(self) -> SessionHealth:
-        """The findings of the messages so far."""
+        """Returns the findings of the messages so far."""
         kept = sum(is_kept(sample) for sample in self._samples)
         return SessionHealth(
             phases=dict(self._phases),

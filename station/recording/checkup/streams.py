@@ -107,7 +107,7 @@ class StreamWatch:
         self._sequences.setdefault(key, _Sequence(message.seq)).add(message.seq)
 
     def health(self) -> StreamHealth:
-        """The findings of the messages so far."""
+        """Returns the findings of the messages so far."""
         span_s = (self._last_ns - self._first_ns) * 1e-9
         median_ns = self._intervals.at(0.5)
         return StreamHealth(
@@ -133,7 +133,7 @@ class StreamWatch:
 
 
 def _repeats(frame: MarkerCorners, before: MarkerCorners) -> bool:
-    """True if noise would have to have come out the same twice, or if the agent says so itself."""
+    """Returns true if noise would have to have come out the same twice, or if the agent says so itself."""
     noisy = frame.sigma_px > 0 and not frame.noiseless
     same = noisy and bool(frame.corners_px) and frame.corners_px == before.corners_px
     return frame.reason == REPEATED or same

@@ -40,7 +40,7 @@ class Converter(Protocol):
 
 
 def converters() -> dict[str, Converter]:
-    """Every converter by its name."""
+    """Returns every converter by its name."""
     names = [found.name for found in pkgutil.iter_modules(__path__) if not found.name.startswith("_")]
     found = [cast(Converter, importlib.import_module(f"{__name__}.{name}")) for name in names]
     return {converter.NAME: converter for converter in found}

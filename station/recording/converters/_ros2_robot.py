@@ -29,13 +29,13 @@ class Robot:
         self._stands = False
 
     def texts(self, item: Recorded) -> Iterator[Extra]:
-        """The description and the state in words, where they are due with this message."""
+        """Yields the description and the state in words, where they are due with this message."""
         if self._viewers is not None and item.topic in self._viewers.takes:
             extras = self._viewers.follow(item.topic, item.message, stamp_ns=item.publish_ns)
             yield from (extra for extra in extras if extra.topic in (robot_description.TOPIC, state.TOPIC))
 
     def transforms(self, item: Recorded) -> Iterator[tuple[str, FrameTransforms]]:
-        """The topic and the transforms of the foot, once, and of the links, with each message of transforms."""
+        """Yields the topic and the transforms of the foot, once, and of the links, with each message of transforms."""
         if isinstance(item.message, JointState):
             self._joints = dict(zip(item.message.name, item.message.position_rad, strict=False))
         if self._arm is None or not isinstance(item.message, FrameTransforms):

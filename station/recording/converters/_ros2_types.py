@@ -56,14 +56,17 @@ class Ros2Types:
         }
 
     def encoded(self, message: Message, stamp_ns: int) -> tuple[str, bytes] | None:
-        """The type and the CDR of a message that happened at `stamp_ns`; None if it becomes no message of ROS 2."""
+        """Returns the type and the CDR of a message that happened at `stamp_ns`.
+
+        It is None if it becomes no message of ROS 2.
+        """
         kind = self.kind(type(message))
         if kind is None:
             return None
         return kind.type_name, bytes(self.store.serialize_cdr(kind.make(message, stamp_ns), kind.type_name))
 
     def kind(self, cls: type[Message]) -> Kind | None:
-        """The type that messages of a class become; None for drawings of viewers, which ROS 2 has no type for."""
+        """Gives the type that messages of a class become; None for drawings of viewers, which ROS 2 has no type for."""
         if cls not in self._kinds and cls.PACKAGE == "repose":
             self._kinds[cls] = self._own(cls)
         return self._kinds.get(cls)
@@ -155,19 +158,19 @@ class Ros2Types:
 
 
 def ros_topic(name: str) -> str:
-    """The topic's name in ROS 2, whose names know no hyphen, dot or other sign."""
+    """Returns the topic's name in ROS 2, whose names know no hyphen, dot or other sign."""
     plain = "".join(letter if letter.isascii() and (letter.isalnum() or letter in "_/") else "_" for letter in name)
     return _TOPICS.get(name, f"/{plain}")
 
 
 def definition(cls: type[Message]) -> str:
-    """The definition of our own type for a class of messages, as ROS 2 writes it: a line for each field."""
+    """Returns the definition of our own type for a class of messages, as ROS 2 writes it: a line for each field."""
     lines = (f"{_SCALARS[slot.wire_kind]}{'[]' if slot.repeated else ''} {slot.name}" for slot in slots(cls))
     return "\n".join(lines) + "\n"
 
 
 def nanoseconds(stamp: foxglove.Timestamp) -> int:
-    """A stamp in nanoseconds."""
+    """Returns a stamp in nanoseconds."""
     return stamp.seconds * _SECOND_NS + stamp.nanos
 
 
@@ -178,7 +181,10 @@ def _value(slot: Slot, value: Any) -> Any:
 
 
 def _array(values: Sequence[float], count: int | None = None) -> Any:
-    """The numbers; zeros where a fixed count is wanted and there are none, which ROS 2 takes as not calibrated."""
+    """Returns the numbers.
+
+    They are zeros where a fixed count is wanted and there are none, which ROS 2 takes as not calibrated.
+    """
     if count is not None and len(values) != count:
         return np.zeros(count)
     return np.asarray(values, dtype=np.float64)

@@ -60,7 +60,7 @@ def _write(reader: RecordingReader, path: Path) -> Converted:
 
 
 def _items(reader: RecordingReader, types: Any, left_out: Counter[str]) -> Iterator[Item]:
-    """Every message in order of receipt; those of the robot follow the message that they are made of."""
+    """Yields every message in order of receipt; those of the robot follow the message that they are made of."""
     from station.recording.converters._ros2_types import ros_topic  # noqa: PLC0415
 
     robot = Robot(reader.attachments.get("rig.toml", b"").decode("utf-8", "replace"))
@@ -77,7 +77,7 @@ def _items(reader: RecordingReader, types: Any, left_out: Counter[str]) -> Itera
 
 
 def _latched() -> Any:
-    """The quality of service of what is said once."""
+    """Returns the quality of service of what is said once."""
     from rosbags.interfaces import (  # noqa: PLC0415
         Qos,
         QosDurability,

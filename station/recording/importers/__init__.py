@@ -55,7 +55,7 @@ class Importer(Protocol):
 
 
 def importers(files: Iterable[Path] = ()) -> dict[str, Importer]:
-    """Every importer by its name: ours, then those in files of the user's own.
+    """Returns every importer by its name: ours, then those in files of the user's own.
 
     Raises:
         UserError: if a file cannot be imported or is no importer, or a name comes twice.

@@ -117,7 +117,7 @@ def _sorted(table: dict[str, Array]) -> list[Toss]:
 
 
 def _messages(tosses: list[Toss]) -> Iterator[Item]:
-    """All tosses one after another, with the level board under them from beginning to end."""
+    """Returns all tosses one after another, with the level board under them from beginning to end."""
     starts: list[int] = []
     start_ns = SIMULATION_EPOCH_NS
     for _, frame, _ in tosses:
@@ -166,7 +166,10 @@ def _block_pose(seq: int, stamp_ns: int, pose: Array) -> BlockPose:
 
 
 def _sample(run: int, stamps: list[int], poses: Array) -> Sample:
-    """The row of a toss in the table of samples: where it began, when it came to rest, and that nothing tilted."""
+    """Returns the row of a toss in the table of samples.
+
+    It says where the toss began, when it came to rest, and that nothing tilted.
+    """
     away = np.linalg.norm(poses[:, :3] - poses[-1, :3], axis=1)
     moving = np.flatnonzero(~(away <= _REST_M))
     x, y = poses[0, :2].tolist()
@@ -215,7 +218,7 @@ def _provenance(source: Path, *, extent_m: float) -> Provenance:
 
 
 def _rig_toml(extent_m: float) -> str:
-    """Plate and block for the views; the board's true size is not known, so it is drawn under every position."""
+    """Gives plate and block for the views; the board's true size is not known, so it is drawn under every position."""
     side_m = math.ceil(2 * extent_m * 10 + 2) / 10
     size = f"{CUBE_SIDE_M}, {CUBE_SIDE_M}, {CUBE_SIDE_M}"
     return (

@@ -27,7 +27,7 @@ _WORDS, _BEHIND_WORDS = Color(1.0, 1.0, 1.0, 1.0), Color(0.0, 0.0, 0.0, 0.5)
 
 
 class CameraAnnotations:
-    """See `Kind`."""
+    """Draws the mark's corners and the state in words over the camera's image."""
 
     topics: ClassVar[frozenset[str]] = frozenset({TOPIC})
 
@@ -36,7 +36,7 @@ class CameraAnnotations:
         self._drawn: tuple[str, tuple[float, ...]] | None = None
 
     def handlers(self) -> Mapping[str, Handler]:
-        """See `Kind`."""
+        """Returns the handlers of the corners and of the topics that the state is made of."""
         return {"camera/corners": self._on_corners} | dict.fromkeys(STATE_TOPICS, self._on_state)
 
     def _on_state(self, message: Message, _: int) -> tuple[()]:

@@ -24,7 +24,7 @@ It stands still a third of the time: 40 simulated samples (21.3 MB) take 3.3 MB 
 
 
 class ArmLinks:
-    """See `Kind`."""
+    """Writes the transforms of the arm's links and the plate's tilt while the arm moves."""
 
     topics: ClassVar[frozenset[str]] = frozenset({LINKS, TILT})
 
@@ -35,7 +35,7 @@ class ArmLinks:
         self._written: tuple[float, ...] = ()
 
     def handlers(self) -> Mapping[str, Handler]:
-        """See `Kind`."""
+        """Returns the handlers of joints, plate attitude and transforms; only the last writes something."""
         return {"arm/joints": self._on_joints, "arm/platform": self._on_platform, "tf": self._on_transforms}
 
     def _on_joints(self, message: JointState, _: int) -> tuple[()]:
@@ -62,7 +62,10 @@ class ArmLinks:
         return math.degrees(tilt_of(state.qw, state.qx, state.qy, state.qz))
 
     def _links(self, position_rad: tuple[float, ...]) -> Iterator[ros2.Transform]:
-        """Every link, and the foot, which stays where it is: a viewer that jumps reads the newest message alone."""
+        """Yields every link, and the foot, which stays where it is.
+
+        A viewer that jumps reads the newest message alone.
+        """
         foot, steps = self._arm.foot, self._arm.links(position_rad)
         yield foot.parent, foot.child, foot.xyz_m, foot.quaternion_wxyz
         for step in steps:
@@ -70,6 +73,6 @@ class ArmLinks:
 
 
 def moved(position_rad: tuple[float, ...], written_rad: tuple[float, ...]) -> bool:
-    """True if a joint is elsewhere than when it was written last, or nothing was."""
+    """Returns true if a joint is elsewhere than when it was written last, or nothing was."""
     pairs = zip(position_rad, written_rad, strict=False)
     return not written_rad or any(abs(now - then) > STILL_RAD for now, then in pairs)

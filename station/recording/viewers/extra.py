@@ -51,13 +51,13 @@ class Kind(Protocol):
         ...
 
     def handlers(self) -> Mapping[str, Handler]:
-        """The recorded topics that it is made of, each with the function that takes its messages."""
+        """Returns the recorded topics that it is made of, each with the function that takes its messages."""
         ...
 
 
 @cache
 def ros(kind: ros2.Type) -> Schema:
-    """The schema of a ROS 2 message."""
+    """Returns the schema of a ROS 2 message."""
     return Schema(kind.name, kind.definition.encode(), ros2.SCHEMA_ENCODING, ros2.MESSAGE_ENCODING)
 
 
@@ -67,12 +67,12 @@ def _protobuf(cls: type[Message]) -> Schema:
 
 
 def foxglove(topic: str, message: Message) -> Extra:
-    """A Foxglove message for viewers."""
+    """Returns a Foxglove message for viewers."""
     return Extra(topic, _protobuf(type(message)), wire.encode(message))
 
 
 def coarse(number: float) -> float:
-    """A number in steps of 1 / 65536, finer than any picture, which the recording packs tighter than a measured one."""
+    """Returns a number in steps of 1 / 65536, finer than any picture, which packs tighter than a measured one."""
     return round(number * _FINE) / _FINE
 
 
@@ -83,9 +83,9 @@ class Pace:
         self._next_ns = 0
 
     def due(self, stamp_ns: int) -> bool:
-        """True if the last time it was written is long enough ago."""
+        """Returns true if the last time it was written is long enough ago."""
         return stamp_ns >= self._next_ns
 
     def written(self, stamp_ns: int) -> None:
-        """It was written now."""
+        """Notes that it was written now."""
         self._next_ns = stamp_ns + int(1e9 / DRAWN_HZ)

@@ -17,7 +17,7 @@ TOPIC = "arm/joint_states"
 
 
 class ArmJointStates:
-    """See `Kind`."""
+    """Writes the angles of the arm's joints as Foxglove's message, while they change."""
 
     topics: ClassVar[frozenset[str]] = frozenset({TOPIC})
 
@@ -25,7 +25,7 @@ class ArmJointStates:
         self._pace, self._written = Pace(), tuple[float, ...]()
 
     def handlers(self) -> Mapping[str, Handler]:
-        """See `Kind`."""
+        """Returns the handler of the joint states."""
         return {"arm/joints": self._on_joints}
 
     def _on_joints(self, message: messages.JointState, stamp_ns: int) -> Iterable[Extra]:

@@ -16,7 +16,7 @@ TOPIC = "session/log"
 
 
 class SessionLog:
-    """See `Kind`."""
+    """Writes a line of the log for each phase and each result."""
 
     topics: ClassVar[frozenset[str]] = frozenset({TOPIC})
 
@@ -24,7 +24,7 @@ class SessionLog:
         pass
 
     def handlers(self) -> Mapping[str, Handler]:
-        """See `Kind`."""
+        """Returns the handlers of phases and samples."""
         return {"session/event": self._on_event, "session/sample": self._on_sample}
 
     def _on_event(self, event: RunEvent, stamp_ns: int) -> Iterable[Extra]:

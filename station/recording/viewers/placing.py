@@ -17,12 +17,12 @@ class Placing:
         self._placed: set[str] = set()
 
     def take_joints(self, message: JointState, _: int) -> tuple[()]:
-        """The arm's links have a place once the rig file's joints, and not another arm's, have been told."""
+        """Notes that the arm's links have a place once the rig file's joints, and not another arm's, have been told."""
         self._jointed = self._jointed or self._names <= frozenset(message.name)
         return ()
 
     def just_done(self, message: FrameTransforms) -> bool:
-        """True once: with the transforms that place what was still missing."""
+        """Returns true once: with the transforms that place what was still missing."""
         if self._over or not self._jointed:
             return False
         self._placed |= {transform.child_frame_id for transform in message.transforms}

@@ -17,7 +17,7 @@ TOPIC = "robot_description"
 
 
 class RobotDescription:
-    """See `Kind`."""
+    """Writes the rig in URDF once everything has been placed."""
 
     topics: ClassVar[frozenset[str]] = frozenset({TOPIC})
 
@@ -25,7 +25,7 @@ class RobotDescription:
         self._rig, self._arm, self._placing = rig, arm, Placing(arm)
 
     def handlers(self) -> Mapping[str, Handler]:
-        """See `Kind`."""
+        """Returns the handlers of joints and transforms, which tell when everything has been placed."""
         return {"arm/joints": self._placing.take_joints, "tf": self._on_transforms}
 
     def _on_transforms(self, message: FrameTransforms, _: int) -> Iterable[Extra]:

@@ -22,7 +22,7 @@ _Body = CubePrimitive | CylinderPrimitive | SpherePrimitive
 
 
 class Scene:
-    """See `Kind`."""
+    """Writes arm, plate and block as Foxglove's bodies once everything has been placed."""
 
     topics: ClassVar[frozenset[str]] = frozenset({TOPIC})
 
@@ -30,7 +30,7 @@ class Scene:
         self._rig, self._arm, self._placing = rig, arm, Placing(arm)
 
     def handlers(self) -> Mapping[str, Handler]:
-        """See `Kind`."""
+        """Returns the handlers of joints and transforms, which tell when everything has been placed."""
         return {"arm/joints": self._placing.take_joints, "tf": self._on_transforms}
 
     def _on_transforms(self, message: FrameTransforms, stamp_ns: int) -> Iterable[Extra]:
@@ -42,7 +42,7 @@ class Scene:
 
 
 def _entity(link: xml.Element, timestamp: Timestamp) -> SceneEntity | None:
-    """The bodies of a link; None for one without any, such as the world."""
+    """Returns the bodies of a link; None for one without any, such as the world."""
     bodies = [_body(visual) for visual in link.iter("visual")]
     if not bodies:
         return None

@@ -19,7 +19,7 @@ STATE_TOPICS = ("session/event", "arm/command", "session/sample")
 
 
 class SessionState:
-    """See `Kind`."""
+    """Writes the session's state in words when it changes."""
 
     topics: ClassVar[frozenset[str]] = frozenset({TOPIC})
 
@@ -27,7 +27,7 @@ class SessionState:
         self._state = State()
 
     def handlers(self) -> Mapping[str, Handler]:
-        """See `Kind`."""
+        """Returns one handler for all topics that the state is made of."""
         return dict.fromkeys(STATE_TOPICS, self._on_message)
 
     def _on_message(self, message: Message, _: int) -> Iterable[Extra]:
@@ -43,7 +43,7 @@ class State:
         self._last, self._samples = "", 0
 
     def take(self, message: Message) -> bool:
-        """True if the words change with this message."""
+        """Returns true if the words change with this message."""
         before = self.text()
         if isinstance(message, RunEvent) and message.phase not in WITHIN_A_PHASE:
             self._run, self._phase = message.run, message.phase
@@ -57,18 +57,18 @@ class State:
         return self.text() != before
 
     def present(self) -> str:
-        """The run, its phase and its direction; nothing before the first phase."""
+        """Returns the run, its phase and its direction; nothing before the first phase."""
         run = f"Run {self._run}: {self._phase}" if self._phase else ""
         return ", ".join(part for part in (run, self._direction) if part)
 
     def text(self) -> str:
-        """Two lines: the present, and what has been measured."""
+        """Returns two lines: the present, and what has been measured."""
         count = "1 sample" if self._samples == 1 else f"{self._samples} samples"
         return f"{self.present()}\n{count}{self._last}"
 
 
 def result(sample: Sample) -> str:
-    """A run's result in words."""
+    """Returns a run's result in words."""
     angle = f"{math.degrees(sample.onset_angle_rad):.2f}°"
     outcome = f"no slip up to {angle}" if sample.censored else f"slip at {angle}"
     left_out = f", left out: {', '.join(sample.flags)}" if sample.flags else ""

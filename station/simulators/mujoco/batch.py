@@ -98,7 +98,7 @@ class _Batch:
             runs = self._sorted_out(runs, surplus)
 
     def _woken(self, row: Index, from_s: Array, number: Index) -> Followed:
-        """The lying runs of `row` that come near their limit, at the moment at which they do."""
+        """Returns the lying runs of `row` that come near their limit, at the moment at which they do."""
         if not len(row):
             return self._begun(row, from_s, number, from_s, np.zeros((0, 3)))
         lying = Lying(row, number, from_s, self._rest_from_s[row], self._pose[row])
@@ -171,7 +171,7 @@ class _Batch:
         self._way[row] = np.arctan2(moved[:, 1], moved[:, 0])
 
     def motions(self, stamps: Array) -> Motions:
-        """The resulting motions, at stamps (n, m), s."""
+        """Returns the resulting motions, at stamps (n, m), s."""
         delay_s = self._model.delay_s()
         return Motions(
             onset_s=self._onset_s,
@@ -196,7 +196,7 @@ class _Batch:
 
 
 def _bodies(commands: Commands, setup: Setup) -> tuple[list[TiltedBlock], Array]:
-    """A block for each run, and its time step; runs with equal blocks share a compiled model."""
+    """Returns a block for each run, and its time step; runs with equal blocks share a compiled model."""
     plates, found = dict[tuple[float, float], Plate](), list[TiltedBlock]()
     for mass, area in zip(commands.mass_kg.tolist(), commands.area_m2.tolist(), strict=True):
         if (mass, area) not in plates:
@@ -217,7 +217,7 @@ def _spread(values: Array, row: Index, n: int) -> Array:
 
 
 def _joined(first: Followed, second: Followed) -> Followed:
-    """The motions of two batches as one, the first one's runs first."""
+    """Returns the motions of two batches as one, the first one's runs first."""
     if not len(second.row):
         return first
     names = [spec.name for spec in fields(Followed) if spec.name != "bodies"]

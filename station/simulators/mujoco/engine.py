@@ -78,11 +78,11 @@ class ArmEngine:
         return True
 
     def _at_velocities(self) -> FLOATS:
-        """Positions and velocities of the joints at the moment of the velocities, half a step before the positions'."""
+        """Gives positions and velocities of the joints at the velocities' moment, half a step before the positions'."""
         return np.concatenate((self._position - 0.5 * self._step_s * self._velocity, self._velocity))
 
     def joints(self, share: float = 1.0) -> tuple[FLOATS, FLOATS, FLOATS]:
-        """Position, velocity and effort, each (n,) and never written to again, at that share of the last look.
+        """Returns position, velocity and effort, each (n,) and never written to again, at that share of the last look.
 
         The effort is the one that the step was made with: its damping acts on the velocity that the step ends with.
         """
@@ -110,13 +110,13 @@ class ArmEngine:
         return self._bodies
 
     def bodies_at(self, share: float) -> Bodies:
-        """The bodies as they were at that share of the last look."""
+        """Returns the bodies as they were at that share of the last look."""
         self._position_between[:] = self.joints(share)[0]
         mj.mj_kinematics(self.model, self._between)
         return self._bodies_between
 
     def plate_quaternion_at(self, share: float) -> list[float]:
-        """world_from_plate at that share of the last look, as the mean of its two ends (the same within 1e-5)."""
+        """Gives world_from_plate at that share of the last look, as the mean of its two ends (the same within 1e-5)."""
         after: list[float] = self._turned or self.bodies_at(1.0).plate_quaternion.tolist()
         self._turned = after
         if share == 1.0:
@@ -129,7 +129,7 @@ class ArmEngine:
         return [w / length, x / length, y / length, z / length]
 
     def speed_of_block(self, joint_rad_s: Sequence[float]) -> float:
-        """The speed (m/s) of the block's place when the joints turn at `joint_rad_s` (n,)."""
+        """Returns the speed (m/s) of the block's place when the joints turn at `joint_rad_s` (n,)."""
         mj.mj_jac(self.model, self.data, self._per_joint, None, self.bodies.block_place, self.plate)
         x, y, z = self._per_joint.dot(joint_rad_s).tolist()
         return math.sqrt(x * x + y * y + z * z)
@@ -183,7 +183,7 @@ class BlockEngine:
             step_in_stages(self.model, self.data, self._turn_ellipse)
 
     def pose_after(self, seconds: float) -> Pose:
-        """plate_from_block in the present state, carried on for less than a step at its velocity."""
+        """Returns plate_from_block in the present state, carried on for less than a step at its velocity."""
         qpos = self.qpos
         if seconds:
             qpos = qpos.copy()
@@ -208,7 +208,7 @@ class BlockEngine:
             set_tangents(frame, axis)
 
     def force_from_foam(self) -> FLOATS:
-        """Sum of the foam's contact forces on the block in the plate frame, (3,), N."""
+        """Returns the sum of the foam's contact forces on the block in the plate frame, (3,), N."""
         data, model, plate, total = self.data, self.model, self._plate_geom, np.zeros(3)
         contact = data.contact
         pairs = contact.geom.tolist()
@@ -238,7 +238,7 @@ def set_tangents(frame: FLOATS, axis: FLOATS) -> None:
 
 
 def step_in_stages(model: Any, data: Any, after_collision: Any) -> None:
-    """One `mj_step` (Euler), stage by stage, with a call between collision and constraints.
+    """Does one `mj_step` (Euler), stage by stage, with a call between collision and constraints.
 
     Without the call it gives the same bits as `mj_step`; a test holds it to that.
     """

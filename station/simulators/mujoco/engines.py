@@ -49,14 +49,14 @@ class Engines:
         return engine
 
     def within_reach(self, engine: BlockEngine, *, reach_m: float) -> BlockEngine:
-        """The engine for a loose block that may come as far as `reach_m` from the plate's centre in one look."""
+        """Gives the engine for a loose block that may come as far as `reach_m` from the plate's centre in one look."""
         wanted = self.bordered if reach_m > self._free_radius_m else self.free
         if wanted is not engine:
             wanted.take(engine)
         return wanted
 
     def foam_push(self, engine: BlockEngine) -> tuple[float, float]:
-        """The foam's push on the block per mass, along the plate (m/s², plate frame)."""
+        """Returns the foam's push on the block per mass, along the plate (m/s², plate frame)."""
         if engine is not self.bordered:
             return (0.0, 0.0)
         push = self.bordered.force_from_foam() / self._block.mass_kg

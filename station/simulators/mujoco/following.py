@@ -67,7 +67,7 @@ class Followed:
     bodies: list[TiltedBlock]
 
     def select(self, chosen: Index) -> Followed:
-        """The runs with the indices `chosen` (b,) among them."""
+        """Returns the runs with the indices `chosen` (b,) among them."""
         return Followed(
             row=self.row[chosen],
             number=self.number[chosen],
@@ -101,10 +101,12 @@ class Follower:
         self._creeps, self._spins = bool(model.acting("creep")), model.turns
         # Here the moment acts on a block at rest, and what it takes of the friction is MuJoCo's to find.
         self._unturned = LimitCurve(unturned(model)) if self._spins else curve
-        self._shakes = bool(model.acting("shaking"))
+        self._shakes, self._carries = bool(model.acting("shaking")), model.carries
 
     def step(self, runs: Followed) -> Array:
-        """One step of every run; gives by how much friction exceeds the load, as a share (a,): below 0 it slides.
+        """Takes one step of every run.
+
+        It returns by how much friction exceeds the load, as a share (a,): below 0 it slides.
 
         MuJoCo's Euler step is semi-implicit: the load has to be that of the step's beginning (`TwinWorld` says why).
         """
@@ -130,6 +132,11 @@ class Follower:
         if contact is not None and held is not None:
             along = np.where(moving, held * normal, np.hypot(x, y))
             turn = self._world.driven(setting_off(contact), along, np.where(moving, hold.slope * normal, 0.0))
+            if self._carries:
+                aside = np.where(moving, held * normal, 0.0) * self._world.model.carried(
+                    contact, yaw_rate_rad_s=runs.rates[:, 2], speed_m_s=speed
+                )
+                x, y = x + aside * np.sin(way), y - aside * np.cos(way)
         ellipse = osculating(hold, way)
         thrown = moving & (runs.since_s == 0.0)
         for body, first, fx, fy, fn, spin, along, across, axis in zip(
@@ -151,7 +158,7 @@ class Follower:
         return surplus
 
     def _hold(self, contact: Contact | None, blocks: Blocks, moving: Bools) -> Support:
-        """The limit curve that MuJoCo is given, with its slope and bend in the contact's direction."""
+        """Returns the limit curve that MuJoCo is given, with its slope and bend in the contact's direction."""
         hold = self._curve.at(contact, blocks.friction)
         if contact is None or moving.all():
             return hold

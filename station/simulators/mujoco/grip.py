@@ -53,11 +53,14 @@ class PlateMotion:
         self._known += 1
 
     def needed(self, position: Three) -> tuple[float, float, float]:
-        """Contact force per mass (m/s², plate frame) that keeps a block at rest at `position`, at the stretch's end."""
+        """Returns the contact force per mass (m/s², plate frame) that keeps a block at rest at `position`.
+
+        It is the force at the stretch's end.
+        """
         return _force(position, self._pose, self._bend)
 
     def pull(self, position: Three, velocity: Three, *, ago_s: float, step_s: float) -> tuple[float, float, float]:
-        """The acceleration (m/s², plate frame) of what nothing holds at `position`, that long before the stretch's end.
+        """Returns the acceleration (m/s², plate frame) of what nothing holds at `position`, that long before the end.
 
         It is gravity less the plate's own acceleration there, and Coriolis' acceleration of what moves at `velocity`.
         It stands for the `step_s` around its moment, of which some may lie in the stretch before.
@@ -75,7 +78,7 @@ class PlateMotion:
 
 
 def _force(position: Three, pose: FLOATS, bend: FLOATS) -> tuple[float, float, float]:
-    """Gravity and the acceleration at a position (plate frame), for a pose with that second derivative."""
+    """Returns gravity and the acceleration at a position (plate frame), for a pose with that second derivative."""
     (x, y, z), b, r = position, bend.tolist(), pose.tolist()
     ax = b[0] * x + b[1] * y + b[2] * z + b[9]
     ay = b[3] * x + b[4] * y + b[5] * z + b[10]
@@ -88,7 +91,7 @@ def _force(position: Three, pose: FLOATS, bend: FLOATS) -> tuple[float, float, f
 
 
 def _spin(pose: FLOATS, rate: FLOATS) -> tuple[float, float, float]:
-    """The plate's angular velocity (rad/s, plate frame), from its rotation and how that changes."""
+    """Returns the plate's angular velocity (rad/s, plate frame), from its rotation and how that changes."""
     r, t = pose.tolist(), rate.tolist()
     return (
         r[2] * t[1] + r[5] * t[4] + r[8] * t[7],
@@ -110,7 +113,9 @@ class Hold:
         self._side = math.cos(block_yaw_rad), math.sin(block_yaw_rad)
 
     def utilisation(self, force: Three) -> float:
-        """Share of its friction that a block needs under the contact force (plate frame); infinite without weight.
+        """Returns the share of its friction that a block needs under the contact force (plate frame).
+
+        It is infinite without weight.
 
         A cube tips over an edge when the force leans by 45° across it; nearness to that counts in the same way, because
         a tipping block does not stick either.
@@ -125,6 +130,6 @@ class Hold:
         return max(slip, tip) / normal
 
     def slack(self, force: Three, *, share: float) -> float:
-        """Largest further acceleration (m/s²), in any direction, that leaves the utilisation below `share`."""
+        """Gives the largest further acceleration (m/s²) in any direction that leaves the utilisation below `share`."""
         mu = share * self._weakest
         return (mu * force[2] - math.hypot(force[0], force[1])) / (1 + mu)

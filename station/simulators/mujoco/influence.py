@@ -52,14 +52,14 @@ class Influence(Protocol):
     """A mechanism. A block that lies must not lose friction by lying on: it is asked about ever less often."""
 
     def friction(self, state: BlockState) -> float:
-        """The factor on the contact's friction in that state."""
+        """Returns the factor on the contact's friction in that state."""
         ...
 
     def push(self, state: BlockState) -> tuple[float, float]:
-        """A further acceleration along the plate (m/s², plate frame); none at rest."""
+        """Returns a further acceleration along the plate (m/s², plate frame); none at rest."""
         ...
 
 
 def times(draw: FrictionDraw, factor: float) -> FrictionDraw:
-    """A contact's friction multiplied by a factor in every direction."""
+    """Returns a contact's friction multiplied by a factor in every direction."""
     return replace(draw, mu=draw.mu * factor, mu_along=draw.mu_along * factor, mu_across=draw.mu_across * factor)

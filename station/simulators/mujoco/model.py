@@ -50,7 +50,7 @@ class Scene:
 
 
 def build_arm(scene: Scene) -> Any:
-    """The compiled MjModel of the arm, with plate, camera and block as parts of its last link.
+    """Builds the compiled MjModel of the arm, with plate, camera and block as parts of its last link.
 
     Its steps are implicit in the servos' damping: at 10 ms they err less than explicit ones of 2 ms.
     """
@@ -66,7 +66,7 @@ def build_arm(scene: Scene) -> Any:
 
 
 def build_block(scene: Scene, *, bordered: bool) -> Any:
-    """The compiled MjModel of a block that lies on a plate at rest by contact, in reach of the foam or not."""
+    """Builds the compiled MjModel of a block that lies on a plate at rest by contact, in reach of the foam or not."""
     spec = _spec(scene)
     plate = spec.worldbody.add_body(name="plate")
     _add_plate_box(plate, scene.plate)
@@ -82,7 +82,7 @@ def build_block(scene: Scene, *, bordered: bool) -> Any:
 
 
 def _bare(spec: Any) -> Any:
-    """The compiled model without shapes, which give the bodies their inertia and then only cost time in every step."""
+    """Returns the compiled model without shapes, which give the bodies their inertia and then only cost time."""
     whole = spec.compile()
     for body in spec.bodies[1:]:
         number = whole.body(body.name).id
@@ -110,7 +110,7 @@ def _options(spec: Any, scene: Scene) -> None:
 
 
 def _add_arm(spec: Any, scene: Scene) -> Any:
-    """The chain of hinge joints with their servos; returns the last link's body."""
+    """Returns the chain of hinge joints with their servos; returns the last link's body."""
     arm = scene.arm
     base = scene.world_from_base
     body = spec.worldbody.add_body(name="base", pos=base[:3, 3], quat=quaternion(base[:3, :3]))
@@ -131,7 +131,7 @@ def _add_arm(spec: Any, scene: Scene) -> Any:
 
 
 def _add_spring(spec: Any, joint: str) -> None:
-    """The first actuator of a servo: it integrates the wanted velocity, and pulls towards that position.
+    """Adds the first actuator of a servo: it integrates the wanted velocity, and pulls towards that position.
 
     With the damper, which is driven by the wanted velocity as well, a set-point stream becomes straight ramps without
     stairs, and a steady ramp is followed without lag.
@@ -144,7 +144,7 @@ def _add_spring(spec: Any, joint: str) -> None:
 
 
 def _add_damper(spec: Any, joint: str) -> None:
-    """The second actuator of a servo: it damps the difference from the wanted velocity."""
+    """Adds the second actuator of a servo: it damps the difference from the wanted velocity."""
     damper = spec.add_actuator(name=f"{joint} velocity", target=joint, trntype=mj.mjtTrn.mjTRN_JOINT)
     damper.gainprm[0] = SERVO_DAMPING
     damper.biastype = mj.mjtBias.mjBIAS_AFFINE
@@ -163,7 +163,7 @@ def _add_capsule(body: Any, capsule: Any, mass_kg: float) -> None:
 
 
 def _add_plate(link: Any, scene: Scene) -> Any:
-    """The plate on the flange, with its fiducials; returns its body."""
+    """Returns the plate on the flange, with its fiducials; returns its body."""
     plate, arm = scene.plate, scene.arm
     pose = transform(arm.flange_xyz_m, arm.flange_rpy_rad) @ arm.flange_from_plate
     body = link.add_body(name="plate", pos=pose[:3, 3], quat=quaternion(pose[:3, :3]), gravcomp=1)
@@ -180,7 +180,9 @@ def _add_plate_box(body: Any, plate: Plate) -> None:
 
 
 def _add_foam(body: Any, plate: Plate) -> None:
-    """The border: straight segments round the cutout, with their inner faces on its sides or tangent to its circle.
+    """Adds the border.
+
+    It consists of straight segments round the cutout, with inner faces on its sides or tangent to its circle.
 
     MuJoCo pushes a ball out of a box through the nearest face. So the segments are thicker than any dent, and overlap
     by as much, lest a block that dents the foam be drawn outwards or along it; beyond its own sector a tangent lies
@@ -205,7 +207,7 @@ class _Side(NamedTuple):
 
 
 def _foam_sides(plate: Plate) -> list[_Side]:
-    """The inner faces, which reach FOAM_DEPTH_M beyond their ends, but for those at which the foam points inwards."""
+    """Returns the inner faces, which reach FOAM_DEPTH_M beyond their ends, except where the foam points inwards."""
     if not plate.cutout_outline_m:
         turn, radius = 2 * math.pi / FOAM_SEGMENTS, plate.cutout_radius_m
         half = radius * math.tan(turn / 2) + FOAM_DEPTH_M
@@ -229,7 +231,7 @@ def _foam_sides(plate: Plate) -> list[_Side]:
 
 
 def _add_camera(body: Any, plate: Plate) -> None:
-    """Two posts and a bar that carry the camera at a fixed offset above the plate (Fig. 2a)."""
+    """Adds two posts and a bar that carry the camera at a fixed offset above the plate (Fig. 2a)."""
     half, top = plate.side_m / 2, plate.camera_height_m
     for number, x in enumerate((-half, half)):
         post, position = (0.003, 0.003, top / 2), (x, half, top / 2)
@@ -240,7 +242,7 @@ def _add_camera(body: Any, plate: Plate) -> None:
 
 
 def _add_block(body: Any, block: Block) -> None:
-    """The cube: its inertia, its looks, its eight feet and the four bumpers that meet the foam at mid-height."""
+    """Adds the cube: its inertia, its looks, its eight feet and the four bumpers that meet the foam at mid-height."""
     half = block.side_m / 2
     body.mass, body.inertia = block.mass_kg, [block.mass_kg * block.side_m**2 / 6] * 3
     body.ipos, body.iquat, body.explicitinertial = [0, 0, 0], [1, 0, 0, 0], True
@@ -271,7 +273,7 @@ def _add_pairs(spec: Any, scene: Scene, *, bordered: bool) -> None:
 
 
 def _foam(scene: Scene) -> list[float]:
-    """MuJoCo's direct solref of a spring and damper between the block and the foam.
+    """Returns MuJoCo's direct solref of a spring and damper between the block and the foam.
 
     With constant impedance d MuJoCo scales the two by 1 / d, and the constraint acts as the acceleration
     −d (b v / d + k r / d) of the block; so the wanted stiffness K and damping 2 z sqrt(K m) give k = K / m and
@@ -299,14 +301,14 @@ UNTOUCHABLE = cast("dict[str, Any]", {"contype": 0, "conaffinity": 0})
 
 
 def quaternion(rotation: FLOATS) -> FLOATS:
-    """The unit quaternion (4,), in the order (w, x, y, z), of a rotation matrix, (3, 3)."""
+    """Returns the unit quaternion (4,), in the order (w, x, y, z), of a rotation matrix, (3, 3)."""
     result = np.empty(4)
     mj.mju_mat2Quat(result, np.ascontiguousarray(rotation, dtype=np.float64).ravel())
     return result
 
 
 def reach_m(arm: ArmModel) -> FLOATS:
-    """An upper bound of the distance from each joint's axis to the block, (n,), m."""
+    """Returns an upper bound of the distance from each joint's axis to the block, (n,), m."""
     spans = [math.hypot(*joint.origin_xyz_m) for joint in arm.joints[1:]]
     spans.append(math.hypot(*arm.flange_xyz_m) + math.hypot(*arm.plate_xyz_m) + 0.1)
     return np.cumsum(spans[::-1])[::-1].copy()

@@ -50,7 +50,7 @@ class Cure:
 
 
 def cures(baseline: Setup) -> tuple[Cure, ...]:
-    """The possible cures, from the smallest change to the largest, which is the refined simulation."""
+    """Returns the possible cures, from the smallest change to the largest, which is the refined simulation."""
     round_one = replace(baseline, contact=replace(baseline.contact, elliptic=True))
     # A contact that is pushed apart by its own friction would hop: see contact.py.
     firm = replace(round_one, contact=replace(round_one.contact, impratio=max(100.0, baseline.contact.impratio)))
@@ -80,7 +80,7 @@ class Tried:
 def numerics(
     recorded: Signals, *, rig: RigConfig, mu_s: float, baseline: Setup = BASELINE, runs: int = RUNS
 ) -> list[dict[str, Any]]:
-    """The effect of a simulation's settings on a few of the recorded tilts.
+    """Returns the effect of a simulation's settings on a few of the recorded tilts.
 
     Each thing is a dict of id, size, unit, cured_by, before and after.
 
@@ -98,7 +98,7 @@ def numerics(
 
 
 def some_tilts(recorded: Signals, *, rig: RigConfig, runs: int = RUNS) -> Commands:
-    """The commands of a few of the recorded tilts, evenly spread.
+    """Returns the commands of a few of the recorded tilts, evenly spread.
 
     Raises:
         UserError: if there are none, or the recording lacks what a simulation needs.
@@ -111,13 +111,13 @@ def some_tilts(recorded: Signals, *, rig: RigConfig, runs: int = RUNS) -> Comman
 
 
 def checks(commands: Commands, *, mu_s: float, baseline: Setup = BASELINE) -> list[dict[str, Any]]:
-    """The checks of `numerics`, on given tilts."""
+    """Returns the checks of `numerics`, on given tilts."""
     own = Cure(text="as it is", setup=baseline)
     return checked(commands, [_tried(cure, mu_s) for cure in (own, *cures(baseline))], mu_s=mu_s)
 
 
 def checked(commands: Commands, tried: Sequence[Tried], *, mu_s: float, pyramid: bool = True) -> list[dict[str, Any]]:
-    """The checks of `numerics` on given tilts; the user's settings come first, refined ones last.
+    """Returns the checks of `numerics` on given tilts; the user's settings come first, refined ones last.
 
     Without a `pyramid` for a cone there is no artefact of one.
     """
@@ -141,7 +141,10 @@ def _tried(cure: Cure, mu_s: float) -> Tried:
 
 
 def _creep(commands: Commands, tried: Sequence[Tried]) -> list[dict[str, Any]]:
-    """The finding of creep: the apparent advance of the onset over the refined settings, and the way crept before."""
+    """Returns the finding of creep.
+
+    It has the apparent advance of the onset over the refined settings, and the way crept before.
+    """
     commands = replace(commands, border_m=math.inf, outline_m=())
     refined, before = (_readings(commands, settings) for settings in (tried[-1], tried[0]))
     early, crept = _change(before, refined)
@@ -171,7 +174,7 @@ class _Reading:
     away_m: Array
 
     def crept_m(self, refined: _Reading) -> Array:
-        """The way (n,), m, of each block when the tilt first is NEAR of the one at which the refined one starts."""
+        """Gives the way (n,), m, of each block when the tilt first is NEAR of the one where the refined one starts."""
         tilt = np.stack([_tilt_along(self.commands, row, self.time_s) for row in range(len(self.away_m))])
         due = np.tan(tilt) >= NEAR * np.tan(refined.onset_rad)[:, None]
         found = due.any(axis=1)
@@ -189,12 +192,12 @@ def _readings(commands: Commands, settings: Tried) -> _Reading:
 
 
 def _tilt_along(commands: Commands, row: int, times: Array) -> Array:
-    """The tilt of one run at times (m,)."""
+    """Returns the tilt of one run at times (m,)."""
     return np.interp(times, commands.time_s[row], commands.tilt_rad[row])
 
 
 def _change(before: _Reading, refined: _Reading) -> tuple[float, float]:
-    """The advance of the onset (deg) and the additional creep (mm) against the refined settings."""
+    """Returns the advance of the onset (deg) and the additional creep (mm) against the refined settings."""
     both = np.isfinite(before.onset_rad) & np.isfinite(refined.onset_rad)
     early = float(np.degrees((refined.onset_rad - before.onset_rad)[both].mean())) if both.any() else 0.0
     return early, 1e3 * float(before.crept_m(refined).mean() - refined.crept_m(refined).mean())
@@ -204,7 +207,7 @@ def _change(before: _Reading, refined: _Reading) -> tuple[float, float]:
 
 
 def _cone(commands: Commands, tried: Sequence[Tried], mu_s: float) -> list[dict[str, Any]]:
-    """The spread of friction between three directions of sliding, as angles.
+    """Returns the spread of friction between three directions of sliding, as angles.
 
     It is measured in motion, because a block that creeps has no onset to compare, and on even feet, because a box that
     hops has none either.
@@ -222,7 +225,7 @@ def _cone(commands: Commands, tried: Sequence[Tried], mu_s: float) -> list[dict[
 
 
 def _sliding_deg(commands: Commands, mu_s: float, settings: Tried) -> Array:
-    """The friction angle that slows blocks on the level plate in each of DIRECTIONS_RAD."""
+    """Returns the friction angle that slows blocks on the level plate in each of DIRECTIONS_RAD."""
     way = np.array(DIRECTIONS_RAD)
     velocity = np.column_stack([np.cos(way), np.sin(way), 0.0 * way])
     # The speed is so high that none stops within the time looked at, at which the feet have settled.

@@ -27,7 +27,7 @@ class Ellipse(NamedTuple):
 
 
 def osculating(curve: Support, way_rad: Array) -> Ellipse:
-    """The ellipses that touch a limit curve in the directions `way_rad` (a,), rad in P."""
+    """Returns the ellipses that touch a limit curve in the directions `way_rad` (a,), rad in P."""
     h = np.maximum(curve.value, 1e-9)
     if np.ndim(curve.slope) == 0 and not curve.slope and not np.any(curve.bend):
         return Ellipse(h, h, np.zeros_like(h))

@@ -39,7 +39,7 @@ class MujocoSettings:
             )
 
     def setup(self) -> Setup:
-        """The settings as the simulator takes them."""
+        """Returns the settings as the simulator takes them."""
         contact = replace(
             MUJOCO_DEFAULT,
             elliptic=self.cone == "elliptic",
@@ -59,7 +59,7 @@ class MujocoSettings:
 
 
 def setup_of_table(table: Table) -> Setup:
-    """The settings in a `[simulator.mujoco]` table.
+    """Returns the settings in a `[simulator.mujoco]` table.
 
     Raises:
         UserError: naming file, line and key of what is wrong.
@@ -68,7 +68,7 @@ def setup_of_table(table: Table) -> Setup:
 
 
 def own_setup(rig: RigConfig) -> Setup | None:
-    """The settings of a rig file; None if it has no table `[simulator.mujoco]`.
+    """Returns the settings of a rig file; None if it has no table `[simulator.mujoco]`.
 
     Raises:
         UserError: for a setting that is unknown or cannot be, or a table of another simulator.

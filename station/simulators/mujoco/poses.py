@@ -74,7 +74,7 @@ class Pose(NamedTuple):
 
 
 def standing(pose: Pose, *, half_m: float) -> Pose:
-    """The pose that a block on hard feet would have: without the small lean that MuJoCo's soft contact gives it.
+    """Gives the pose that a block on hard feet would have: without the small lean that MuJoCo's soft contact gives it.
 
     On a slope the feet sink in unevenly by a tenth of a millimetre, so the block leans by up to 40 milliradians
     about its base, which a real block of steel or wood does not. The base stays where it is. A lean beyond `LEAN_RAD`
@@ -97,7 +97,7 @@ def standing(pose: Pose, *, half_m: float) -> Pose:
 
 
 def plate_pose(bodies: Bodies, *, pivot_above_plate_m: float) -> PlatePose:
-    """The plate's pose and its pivot, which is `pivot_above_plate_m` along its normal."""
+    """Returns the plate's pose and its pivot, which is `pivot_above_plate_m` along its normal."""
     rows, height = tuple(bodies.plate_rotation.tolist()), pivot_above_plate_m
     x, y, z = bodies.plate_place.tolist()
     pivot = (x + rows[2] * height, y + rows[5] * height, z + rows[8] * height)

@@ -25,13 +25,13 @@ class Savings:
     dozes: int = DOZES
 
     def looks_left_out(self, slack_m_s2: float) -> int:
-        """The looks at a part of the plate that may be skipped while it could be accelerated by so much more."""
+        """Gives the looks at a part of the plate that may be skipped while it could be accelerated by so much more."""
         if slack_m_s2 <= KEPT_M_S2:
             return 0
         return min(int((slack_m_s2 - KEPT_M_S2) / SPENT_M_S2), self.most_left_out)
 
     def looks_asleep(self, push_m_s2: float) -> int:
-        """The number of looks at a loose block that may be skipped while the foam presses on it with so much."""
+        """Gives the number of looks at a loose block that may be skipped while the foam presses on it with so much."""
         return self.dozes if push_m_s2 > PRESSED_M_S2 else 0
 
 

@@ -50,7 +50,7 @@ class Servo:
         self._position, self._velocity, self.settled = position, velocity, False
 
     def command(self, act_rad: Sequence[float], *, now_ns: int) -> list[float]:
-        """The servos' wanted velocities (rad/s) for the coming step, given their places `act_rad`."""
+        """Returns the servos' wanted velocities (rad/s) for the coming step, given their places `act_rad`."""
         catch_up = 1.0 / CATCH_UP_S
         if self.moving:
             # The way that is left, in the time to catch up, and the motion itself: one factor of the velocity.

@@ -34,7 +34,7 @@ class TwinSettings:
         self.friction()
 
     def friction(self) -> Friction:
-        """The pair's friction with the changes made.
+        """Returns the pair's friction with the changes made.
 
         Raises:
             UserError: if the pair is not known.

@@ -105,7 +105,7 @@ class Friction:
         return self.at(min(max(angle, 0.05 * self.mean_angle_rad), STEEPEST_RAD))
 
     def at(self, angle_rad: float) -> FrictionDraw:
-        """The limit curve whose geometric mean is tan(`angle_rad`)."""
+        """Returns the limit curve whose geometric mean is tan(`angle_rad`)."""
         mu, stretch = math.tan(angle_rad), math.sqrt(self.ratio)
         return FrictionDraw(angle_rad=angle_rad, mu=mu, mu_along=mu * stretch, mu_across=mu / stretch)
 

@@ -48,7 +48,7 @@ class Mechanism:
         return self.influence.push(state)
 
     def at_rest(self, draw: FrictionDraw, position: Sequence[float], *, now_ns: int) -> FrictionDraw:
-        """The friction of a block that lies at `position`."""
+        """Returns the friction of a block that lies at `position`."""
         if self.influence is None:
             return draw
         still = replace(self._state(position, (0.0, 0.0), now_ns=now_ns), sliding=False)

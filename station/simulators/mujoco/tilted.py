@@ -65,12 +65,12 @@ class Load:
 
 
 def build(setup: Setup, *, side_m: float, mass_kg: float) -> Any:
-    """The compiled model of one block on a plate."""
+    """Builds the compiled model of one block on a plate."""
     return described(setup, side_m=side_m, mass_kg=mass_kg).compile()
 
 
 def described(setup: Setup, *, side_m: float, mass_kg: float) -> Any:
-    """The model of `build` before it is compiled (`MjSpec`), so that more can be added."""
+    """Returns the model of `build` before it is compiled (`MjSpec`), so that more can be added."""
     spec = mj.MjSpec()
     spec.modelname, spec.memory = "block on a tilting plate", _MEMORY
     contact, option = setup.contact, spec.option
@@ -100,7 +100,7 @@ def _solvers() -> dict[Solver, Any]:
 
 
 def _add_shape(block: Any, setup: Setup, side_m: float) -> None:
-    """The geom that touches the plate; the body's origin is in the sole."""
+    """Adds the geom that touches the plate; the body's origin is in the sole."""
     half = side_m / 2
     plain: dict[str, Any] = {"name": "sole", "mass": 0.0, "contype": 0, "conaffinity": 0}
     if setup.solid:
@@ -123,14 +123,14 @@ class Plate:
         self.sunk_m = self._settled()
 
     def _settled(self) -> float:
-        """The depth to which a block sinks into the level plate."""
+        """Returns the depth to which a block sinks into the level plate."""
         data = mj.MjData(self.model)
         self._gravity[:] = (0.0, 0.0, -_GRAVITY)
         mj.mj_step(self.model, data, round(_SETTLE_S / self.setup.step_s))
         return -float(data.qpos[2])
 
     def block(self) -> TiltedBlock:
-        """Another block on this plate."""
+        """Returns another block on this plate."""
         return TiltedBlock(self)
 
     def set_load(self, load: Load) -> None:
@@ -156,9 +156,12 @@ class TiltedBlock:
         self.qvel: FLOATS = self.data.qvel
 
     def lay(self, pose: FLOATS, *, velocity: FLOATS, normal_m_s2: float) -> None:
-        """Lays it down at `pose` (3,), x, y (m) and yaw (rad), sunk in as the normal load has it.
+        """Lays it down, sunk in as the normal load has it.
 
-        `velocity` (3,) are their rates, m/s and rad/s.
+        Args:
+            pose: (3,) x, y (m) and yaw (rad).
+            velocity: (3,) their rates, m/s and rad/s.
+            normal_m_s2: the normal load per mass, m/s².
         """
         x, y, yaw = pose.tolist()
         turned = (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)) if self._solid else (yaw,)
@@ -168,7 +171,7 @@ class TiltedBlock:
         self.data.qacc_warmstart[:] = 0.0
 
     def begin(self, load: Load) -> None:
-        """The first step of a block that is laid down moving: half a kick.
+        """Takes the first step of a block that is laid down moving: half a kick.
 
         MuJoCo's velocities belong to the middles between places (a leapfrog), but the one given to the beginning. With
         a whole kick a block that is slowed by 2 m/s² would be 2 mm/s too slow from then on.

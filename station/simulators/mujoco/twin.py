@@ -46,7 +46,7 @@ class Twin:
                 self._bus.publish("truth/scene", self.scene(now_ns))
 
     def joint_state(self, now_ns: int) -> JointState:
-        """The readings of the joints' sensors."""
+        """Returns the readings of the joints' sensors."""
         joints = self.world.joints()
         return JointState(
             stamp_ns=now_ns,
@@ -57,7 +57,7 @@ class Twin:
         )
 
     def scene(self, now_ns: int) -> TwinScene:
-        """The truth of this moment; a block that is not there is said to be a metre below the plate."""
+        """Returns the truth of this moment; a block that is not there is said to be a metre below the plate."""
         world = self.world
         plate, block = world.plate_pose(), world.block_pose()
         (qw, qx, qy, qz), (px, py, pz) = plate.quaternion, plate.pivot_m

@@ -242,7 +242,9 @@ class TwinWorld:
         return self._loose is None or self._quiet_s >= REST_S
 
     def joint_arrays(self) -> tuple[FLOATS, FLOATS, FLOATS]:
-        """Position (rad), velocity (rad/s) and effort (Nm) of the arm's joints now, each (n,), never written to again.
+        """Returns position (rad), velocity (rad/s) and effort (Nm) of the arm's joints now, each (n,).
+
+        They are never written to again.
 
         They are the same arrays as long as all is at rest.
         """
@@ -251,20 +253,23 @@ class TwinWorld:
         return self._read
 
     def joints(self) -> Joints:
-        """The arm's joints now, as plain numbers."""
+        """Returns the arm's joints now, as plain numbers."""
         position, velocity, effort = self.joint_arrays()
         return Joints(tuple(position.tolist()), tuple(velocity.tolist()), tuple(effort.tolist()))
 
     def plate_pose(self) -> PlatePose:
-        """The plate's pose now."""
+        """Returns the plate's pose now."""
         return plate_pose(self._moved.bodies_at(self._share()), pivot_above_plate_m=self.arm.pivot_above_plate_m)
 
     def plate_quaternion(self) -> Sequence[float]:
-        """world_from_plate now, (w, x, y, z), when nothing else of the plate is wanted."""
+        """Returns world_from_plate now, (w, x, y, z), when nothing else of the plate is wanted."""
         return self._moved.plate_quaternion_at(self._share())
 
     def block_pose(self) -> Pose:
-        """The block's pose on the plate, as if its feet were hard (`standing`); at z = −1 m when there is none."""
+        """Returns the block's pose on the plate, as if its feet were hard (`standing`).
+
+        It is at z = −1 m when there is none.
+        """
         if self._loose is None or self._quiet_s >= REST_S or not self._looking:
             return self._seen
         ahead_s = (self._asked_ns - self._time_ns + self._steps_left * STEP_NS) * 1e-9
@@ -273,11 +278,11 @@ class TwinWorld:
     # -- within
 
     def _share(self) -> float:
-        """The share of the look under way that lies before the time asked for."""
+        """Returns the share of the look under way that lies before the time asked for."""
         return 1.0 - (self._time_ns - self._asked_ns) / LOOK_NS
 
     def _shoves(self, jerk_rad_s: Sequence[float]) -> bool:
-        """True if a change of the joints' commanded velocities could make the block slip within one look.
+        """Returns true if a change of the joints' commanded velocities could make the block slip within one look.
 
         In a tilt the joints' parts cancel in the pivot. They do so in the wanted motion; their servos are not all
         equally quick, so a share of their sum is allowed for.
@@ -308,7 +313,7 @@ class TwinWorld:
             self._resting = self._moved.halt(below_rad_s=STILL_RAD_S)
 
     def _stuck(self) -> bool:
-        """True if the block stays where it is, on a plate that does not move."""
+        """Returns true if the block stays where it is, on a plate that does not move."""
         # A block that the foam holds lies still beyond its friction, too: the foam is a spring that has come to rest.
         if self._held or not self.block_at_rest or any(self._leaning):
             return self._held or self.block_at_rest
@@ -338,7 +343,10 @@ class TwinWorld:
             self._slack -= self._left_out * SPENT_M_S2
 
     def _mind_rest(self, block: BlockEngine) -> None:
-        """A block that lies still by contact: a new contact after a slide; a part of the plate when it holds well."""
+        """Minds a block that lies still by contact.
+
+        It gets a new contact after a slide, or joins the plate if it holds well.
+        """
         force, self._hold = self._motion.needed(self._rel.position), self._hold_by(self._draw)
         if self._seen.lean_rad > 3 * LEAN_RAD and self._utilisation(force, self._hold) < LEVEL_ENOUGH:
             self._pick_up()
@@ -354,7 +362,7 @@ class TwinWorld:
             self._slack = self._hold.slack(force, share=self._limit(LETS_GO))
 
     def _renew(self, force: grip.Three) -> None:
-        """A new draw takes effect once it holds the block where it lies.
+        """Lets a new draw take effect once it holds the block where it lies.
 
         Were it to act at once, a block that stopped on a still tilted plate would slide again whenever the draw is
         low, and draw again: the low draws would be lost, and the friction of the runs would not be the one set.
@@ -372,7 +380,7 @@ class TwinWorld:
         return used
 
     def _hold_by(self, friction: FrictionDraw) -> grip.Hold:
-        """The hold of the block by that friction where it lies now."""
+        """Returns the hold of the block by that friction where it lies now."""
         yaw = self._rel.yaw_rad
         axis = self.friction.axis_rad + (yaw if self.friction.fixed_in == "object" else 0.0)
         friction = self._mechanism.at_rest(friction, self._rel.position, now_ns=self._time_ns)
@@ -403,7 +411,7 @@ class TwinWorld:
             self._loose = self._engines.within_reach(block, reach_m=reach)
 
     def _pick_up(self) -> None:
-        """The block has left the plate, or lies on the level plate tipped over or askew: somebody puts it back."""
+        """Puts back a block that has left the plate, or lies on the level plate tipped over or askew."""
         self.lost += 1
         self.place_block(0.0, 0.0, 0.0)
 

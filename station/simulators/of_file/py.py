@@ -9,7 +9,7 @@ from station.simulators.yours.called import of_file
 
 
 def opened(path: Path, part: str, *, limit_s: float) -> Simulator:
-    """The simulator of a file; `part` names the function (empty: `simulate`), `limit_s` is the longest run's.
+    """Returns the simulator of a file; `part` names the function (empty: `simulate`), `limit_s` is the longest run's.
 
     Raises:
         UserError: if it cannot be loaded.

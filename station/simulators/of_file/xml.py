@@ -10,7 +10,7 @@ from station.simulators.simulator import Simulator
 
 
 def opened(path: Path, part: str, *, limit_s: float) -> Simulator:
-    """The simulator of a scene; nothing of the user's runs in it, so it needs no limit, and it has no parts.
+    """Returns the simulator of a scene; nothing of the user's runs in it, so it needs no limit, and it has no parts.
 
     Raises:
         UserError: if the scene cannot be read, or lacks a body that the TOML file beside it names.

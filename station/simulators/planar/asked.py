@@ -24,11 +24,11 @@ class Asked(Contact):
 
     @classmethod
     def like(cls, other: Contact, **changed: Array | Bools) -> Asked:
-        """Another contact with some fields changed; `dataclasses.replace` would compute all of them."""
+        """Returns another contact with some fields changed; `dataclasses.replace` would compute all of them."""
         return cls._made(changed, lambda name: getattr(other, name))
 
     def facing(self, way_rad: Array) -> Asked:
-        """The same contacts with other directions of sliding `way_rad` (n,), rad in P."""
+        """Returns the same contacts with other directions of sliding `way_rad` (n,), rad in P."""
         return Asked.like(self, way_rad=way_rad)
 
     @classmethod

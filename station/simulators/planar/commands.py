@@ -91,16 +91,16 @@ class Commands:
         return tilt_of(self.gravity)
 
     def rows(self, chosen: slice) -> Commands:
-        """The chosen runs, as views."""
+        """Returns the chosen runs, as views."""
         own = {spec.name: getattr(self, spec.name)[chosen] for spec in fields(self) if spec.name not in _SHARED}
         return replace(self, **own)
 
     def tilt_at(self, time_s: Array) -> Array:
-        """The reported tilt (n,), rad, of each run at a time of its own, `time_s` (n,), s; nan stays nan."""
+        """Returns the reported tilt (n,), rad, of each run at a time of its own, `time_s` (n,), s; nan stays nan."""
         return tilt_of(self._gravity_at(time_s, self._left(time_s)))
 
     def resting_tilt_at(self, time_s: Array) -> Array:
-        """The tilt (n,), rad, at which a plate at rest loads each block as the turning one does at `time_s` (n,), s.
+        """Returns the tilt (n,), rad, at which a plate at rest loads each block as the turning one at `time_s` (n,), s.
 
         The block lies at its start. An onset is told so, for the friction is that tilt's tangent.
         """
@@ -111,11 +111,11 @@ class Commands:
         return tilt_of(GRAVITY_M_S2 * self._gravity_at(time_s, left) - turning)
 
     def _left(self, time_s: Array) -> NDArray[np.intp]:
-        """The knot (n,) before each run's time (n,)."""
+        """Returns the knot (n,) before each run's time (n,)."""
         return np.clip((self.time_s <= time_s[:, None]).sum(axis=1) - 1, 0, self.time_s.shape[1] - 2)
 
     def _gravity_at(self, time_s: Array, left: NDArray[np.intp]) -> Array:
-        """The reported direction of gravity (n, 3), between the knots `left` (n,) and the next ones."""
+        """Returns the reported direction of gravity (n, 3), between the knots `left` (n,) and the next ones."""
         row = np.arange(len(self))
         begin, end = self.time_s[row, left], self.time_s[row, left + 1]
         share = np.clip((time_s - begin) / np.maximum(end - begin, 1e-12), 0.0, 1.0)[:, None]
@@ -129,7 +129,7 @@ class Commands:
 
 
 def tilt_of(gravity: Array) -> Array:
-    """Angle (…,), rad, between the plate's normal and up from `gravity` (…, 3) in P, of any length."""
+    """Returns the angle (…,), rad, between the plate's normal and up from `gravity` (…, 3) in P, of any length."""
     return np.arctan2(np.hypot(gravity[..., 0], gravity[..., 1]), -gravity[..., 2])
 
 
@@ -227,20 +227,20 @@ def tracks(
 
 
 def _turns(each: Sequence[Turns]) -> Turns:
-    """The tilt's directions, turns and swings of all runs (n, k−1), the last of a shorter run repeated."""
+    """Returns the tilt's directions, turns and swings of all runs (n, k−1), the last of a shorter run repeated."""
     most = max(len(signs) for signs, *_ in each)
     signs, turned, swing = (np.stack([_padded(own, most) for own in column]) for column in zip(*each, strict=True))
     return signs, turned, swing
 
 
 def _as_ramps(tilt_rad: Array) -> Turns:
-    """The turns of straight ramps between knots (k,)."""
+    """Returns the turns of straight ramps between knots (k,)."""
     signs = last_sign(np.diff(tilt_rad), ROUNDED_RAD)
     return signs, *turned_at(tilt_rad[:-1], signs, before_rad=-np.inf)
 
 
 def _as_read(time_s: Array, tilt_rad: Array) -> Turns:
-    """The turns of recorded tilts (k,)."""
+    """Returns the turns of recorded tilts (k,)."""
     signs = rising(time_s, tilt_rad, 0.5 * (time_s[1:] + time_s[:-1]))
     return signs, *turned_at(tilt_rad[:-1], signs, before_rad=-np.inf)
 
@@ -250,7 +250,7 @@ def _padded(values: Array, k: int) -> Array:
 
 
 def _accelerations(time_s: Array, rate: Array) -> Array:
-    """Differences of the rates over some 60 ms (n, k−1, 3): over one knot they would be mostly noise."""
+    """Returns differences of the rates over some 60 ms (n, k−1, 3): over one knot they would be mostly noise."""
     middle = 0.5 * (time_s[:, 1:] + time_s[:, :-1])
     step = float(np.median(np.diff(time_s, axis=1)[np.diff(time_s, axis=1) > 0]))
     reach = max(1, round(_SMOOTH_S / step))

@@ -34,7 +34,7 @@ class LimitCurve:
     """The friction of a model without its scatter."""
 
     def __init__(self, model: Model, *, phases: tuple[bool, ...] = (False, True)) -> None:
-        """`phases`: whether it is to be asked for blocks at rest (False), in motion (True), or both."""
+        """`phases` says if it is to be asked for blocks at rest (False), in motion (True), or both."""
         self._model, self._mu = model, model.mu_s
         terms = model.acting("friction")
         self._directed = tuple(term for term in terms if asks_for_direction(term, phases=phases))
@@ -51,7 +51,7 @@ class LimitCurve:
         return not self._directed
 
     def value(self, contact: Contact | None, factor: Array) -> Array:
-        """h (a,) at the contact's direction, times each run's factor (a,)."""
+        """Returns h (a,) at the contact's direction, times each run's factor (a,)."""
         total = factor * self._mu
         if contact is not None:
             for term in (*self._round, *self._directed):
@@ -59,7 +59,7 @@ class LimitCurve:
         return total
 
     def at(self, contact: Contact | None, factor: Array, *, bends: bool = True) -> Support:
-        """h and its derivatives; h″ only if it is wanted (`bends`).
+        """Returns h and its derivatives; h″ only if it is wanted (`bends`).
 
         They are for the contact's direction, and times each run's `factor` (a,), a number without a unit.
         """
@@ -85,14 +85,14 @@ class LimitCurve:
         return Support(plain * here * more[1], slope * more[1], bend * more[1] + slope * turning)
 
     def _product(self, contact: Contact) -> Array | float:
-        """The curve that steers, without what is round."""
+        """Returns the curve that steers, without what is round."""
         total = 1.0
         for term in self._directed:
             total = total * term.effect.steering(contact, term.values)
         return total
 
     def _more(self, contact: Contact) -> Array | float:
-        """The ratio of the friction to the curve that steers."""
+        """Returns the ratio of the friction to the curve that steers."""
         total = 1.0
         for term in self._directed:
             friction = term.effect.friction(contact, term.values)
@@ -101,7 +101,7 @@ class LimitCurve:
 
 
 def setting_off(contact: Contact) -> Contact:
-    """The same blocks at the very beginning of a slide."""
+    """Returns the same blocks at the very beginning of a slide."""
     return Asked.like(contact, moving=np.ones(len(contact), dtype=bool))
 
 
@@ -123,7 +123,7 @@ class _Watched(Contact):
 
 
 def asks_for_direction(term: Term, *, phases: tuple[bool, ...] = (False, True)) -> bool:
-    """True if an effect's friction depends on the direction of sliding, at rest (False) or in motion (True).
+    """Returns true if an effect's friction depends on the direction of sliding, at rest (False) or in motion (True).
 
     One that only looks at it says the same in all directions.
     """
@@ -139,7 +139,7 @@ _WAYS_RAD = np.array([0.1, 0.2, 1.3, 2.9, 4.4])
 
 
 def _somewhere(*, moving: bool) -> Contact:
-    """Any contact: a block on a slope that slides in several directions."""
+    """Makes up a contact: a block on a slope that slides in several directions."""
     count = len(_WAYS_RAD)
     values = {spec.name: np.full(count, 0.1) for spec in fields(Contact)}
     vector = np.full((count, 3), 0.1)

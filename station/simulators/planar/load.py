@@ -68,7 +68,7 @@ class Blocks:
     """The time at which the present slide began; inf at rest."""
 
     def select(self, chosen: Index) -> Blocks:
-        """The blocks with the indices `chosen` (b,)."""
+        """Returns the blocks with the indices `chosen` (b,)."""
         return Blocks(
             self.row[chosen],
             self.number[chosen],
@@ -103,23 +103,27 @@ class World:
         self._strays = bool(commands.pivot_m_s2.any())
 
     def blocks(self, row: Index, number: Index, *, rest_from_s: Array, slid_from_s: Array | None = None) -> Blocks:
-        """Blocks in runs `row` on stretches `number`, at rest unless it is said since when they slide; all (a,).
+        """Gives blocks in some runs, at rest unless it is said since when they slide.
 
-        `rest_from_s` (a,) and `slid_from_s` (a,) are times of each run, s, as in `Blocks`.
+        Args:
+            row: (a,) the indices of their runs.
+            number: (a,) the numbers of their stretches.
+            rest_from_s: (a,) since when they rest, s of each run, as in `Blocks`.
+            slid_from_s: (a,) since when they slide, s of each run, as in `Blocks`.
         """
         slid = np.full(len(row), np.inf) if slid_from_s is None else slid_from_s
         stretch, own = self.plate.stretch(row, number), self._own[:, row]
         return Blocks(row, number, stretch, own, self._friction[row], self._shake[row], rest_from_s, slid)
 
     def moved_on(self, blocks: Blocks, going: Index) -> Blocks:
-        """The same blocks, of which those with the indices `going` (b,) go on to the next stretch."""
+        """Returns the same blocks, of which those with the indices `going` (b,) go on to the next stretch."""
         number, stretch = blocks.number.copy(), blocks.stretch.copy()
         number[going] += 1
         stretch[:, going] = self.plate.stretch(blocks.row[going], number[going])
         return replace(blocks, number=number, stretch=stretch)
 
     def pull(self, blocks: Blocks, time_s: Array, at: Motion, heading: tuple[Array, Array] | None = None) -> Pull:
-        """The load at times `time_s` (a,), s; `heading` is cos and sin of the motion's way, if known already."""
+        """Gives the load at times `time_s` (a,), s; `heading` is cos and sin of the motion's way, if known already."""
         down = gravity_at(blocks.stretch, time_s)
         x, y, normal = self._inertial(blocks.stretch, down, at, heading or cos_sin(at.way))
         border = None
@@ -156,15 +160,21 @@ class World:
         return x, y, -z
 
     def driven(self, contact: Contact, along: Array, across: Array | float = 0.0) -> Array:
-        """Angular acceleration (a,), rad/s², by spin and by the moment of friction.
+        """Returns the angular acceleration (a,), rad/s², by spin and by the moment of friction.
 
-        `along` and `across` (a,), m/s², are its parts, see `Model.moment`.
+        Args:
+            contact: the blocks.
+            along: (a,) the friction per mass against the way, m/s², see `Model.moment`.
+            across: (a,) the friction per mass to its right, m/s².
         """
         moment = self.model.moment(contact, along, across)
         return self.model.spin(contact) + moment / (SQUARE_GYRATION * contact.area_m2)
 
     def border_m(self, row: Index, at: Motion) -> Array:
-        """The distance (a,), m, of the block's outermost corner from the foam, in runs `row` (a,); inf without foam."""
+        """Returns the distance (a,), m, of the block's outermost corner from the foam, in runs `row` (a,).
+
+        It is inf without foam.
+        """
         if not self.walled:
             return np.full(len(row), np.inf)
         return self._free_m(row, at.x, at.y, at.yaw) - self._dented_m[row]
@@ -173,7 +183,7 @@ class World:
         return self._opening.room_m(self.half_m[row], (x, y, yaw))
 
     def _foam(self, border_m: Array, blocks: Blocks, at: Motion) -> tuple[Array, Array]:
-        """The foam's push into the opening."""
+        """Returns the foam's push into the opening."""
         touching = border_m < 0
         if not touching.any():
             return np.zeros(len(border_m)), np.zeros(len(border_m))
@@ -185,9 +195,14 @@ class World:
         return -size * ux, -size * uy
 
     def contact(self, blocks: Blocks, time_s: Array, at: Motion, down: Down, border_m: Array | None = None) -> Contact:
-        """The contact that the effects are given, at times `time_s` (a,), s.
+        """Returns the contact that the effects are given.
 
-        `border_m` (a,), m, is what the method of this name says, of whoever has it already.
+        Args:
+            blocks: the blocks.
+            time_s: (a,) the times, s.
+            at: their motion.
+            down: the direction of gravity in the plate, and what follows from it.
+            border_m: (a,) what the method of this name says, m, of whoever has it already.
         """
         stretch, moving = blocks.stretch, np.isfinite(blocks.slid_from_s)
         run, mass, area, mount, temperature, humidity = blocks.own

@@ -60,7 +60,7 @@ class Plate:
         self.table = self._tabled(first, last)
 
     def stretch(self, row: Index, number: Index) -> Array:
-        """The columns (24, a) of stretch `number` (a,) of run `row` (a,)."""
+        """Returns the columns (24, a) of stretch `number` (a,) of run `row` (a,)."""
         return self.table.take(row * (self.knots - 1) + number, axis=1)
 
     def _tabled(self, first: Array, last: Array) -> Array:
@@ -86,7 +86,7 @@ class Plate:
         return table.reshape(Column.COUNT, -1)
 
     def _turned(self, model: Model, gravity: Array, end: int) -> Array:
-        """Gravity (n, k−1, 3) in the plate as it truly stands."""
+        """Returns gravity (n, k−1, 3) in the plate as it truly stands."""
         commands = self.commands
         shape = gravity.shape[:2]
         time_s = commands.time_s[:, end : end + shape[1]]
@@ -95,7 +95,7 @@ class Plate:
 
 
 def gravity_at(stretch: Array, time_s: Array) -> Down:
-    """Gravity in P, m/s², at times `time_s` (a,), s, within the columns `stretch` (24, a) of a plate's table."""
+    """Gives gravity in P, m/s², at times `time_s` (a,), s, within the columns `stretch` (24, a) of a plate's table."""
     angle = (time_s - stretch[Column.BEGIN]) * stretch[Column.PACE]
     cosine, sine = cos_sin(angle)
     first, across = Column.GRAVITY, Column.ACROSS
@@ -103,7 +103,7 @@ def gravity_at(stretch: Array, time_s: Array) -> Down:
 
 
 def _step_begins(commands: Commands) -> Array:
-    """The begin of the present or last step of each stretch (n, k−1), s."""
+    """Returns the begin of the present or last step of each stretch (n, k−1), s."""
     turning = np.linalg.norm(commands.rate_rad_s, axis=-1) > STEADY_RAD_S
     begins = turning & ~np.concatenate([np.zeros((len(turning), 1), bool), turning[:, :-1]], axis=1)
     begins[:, 0] = True
@@ -112,7 +112,7 @@ def _step_begins(commands: Commands) -> Array:
 
 
 def _level_contact(commands: Commands, gravity: Array, time_s: Array, step_begins: Array) -> Contact:
-    """The block at its start, at every knot: what an effect on the attitude may ask for, flattened."""
+    """Returns the block at its start, at every knot: what an effect on the attitude may ask for, flattened."""
     n, k = time_s.shape
     each = {name: np.repeat(getattr(commands, name), k) for name in _ONE_A_RUN}
     zero = np.zeros(n * k)

@@ -47,7 +47,7 @@ class Lying(NamedTuple):
     pose: Array
 
     def select(self, chosen: Index) -> Lying:
-        """The blocks with the indices `chosen` (b,)."""
+        """Returns the blocks with the indices `chosen` (b,)."""
         since = self.from_s[chosen], self.rest_from_s[chosen]
         return Lying(self.row[chosen], self.number[chosen], *since, self.pose[chosen])
 
@@ -69,12 +69,12 @@ class Creep:
     position: Array
 
     def at(self, chosen: Index, time_s: Array) -> Creep:
-        """The creep at other times `time_s` (b, w), s, of the blocks with the indices `chosen` (b,)."""
+        """Returns the creep at other times `time_s` (b, w), s, of the blocks with the indices `chosen` (b,)."""
         positions = [self.position_at(chosen, time_s[:, column]) for column in range(time_s.shape[1])]
         return Creep(time_s, np.stack(positions, axis=1))
 
     def position_at(self, chosen: Index, time_s: Array) -> Array:
-        """Positions (b, 2), m in P, of the blocks `chosen` (b,) at times `time_s` (b,), s, linear between the nodes."""
+        """Returns positions (b, 2), m in P, of blocks `chosen` (b,) at times `time_s` (b,), s, linear between nodes."""
         nodes = self.time_s[chosen]
         left = np.clip((nodes <= time_s[:, None]).sum(axis=1) - 1, 0, nodes.shape[1] - 2)
         row = np.arange(len(chosen))
@@ -114,7 +114,7 @@ class Rest:
         return Grid(times, np.broadcast_to(number, times.shape))
 
     def _steepest(self, window: int) -> Grid:
-        """The knot with the steepest load in each window of knots, and with pushes the most abrupt one too."""
+        """Returns the knot with the steepest load in each window of knots, and with pushes the most abrupt one too."""
         plate = self._world.plate
         n = len(self._world.commands)
         table = plate.table.reshape(Column.COUNT, n, -1)
@@ -137,10 +137,13 @@ class Rest:
     # --- what it lacks to slide ---------------------------------------------------------------------------------------
 
     def excess(self, blocks: Blocks, time_s: Array, pose: Array, *, way: Array | None = None) -> tuple[Array, Array]:
-        """E (a,), m/s², at times `time_s` (a,), s, and the direction (a,), rad in P, of the sliding that would begin.
+        """Returns E (a,), m/s², and the direction (a,), rad in P, of the slide that begins.
 
-        The blocks lie at `pose` (a, 3), x and y (m) and yaw (rad) in P; `way` (a,), rad in P, is a first guess at the
-        direction.
+        Args:
+            blocks: the blocks.
+            time_s: (a,) the times, s.
+            pose: (a, 3) x and y (m) and yaw (rad) of the blocks in P.
+            way: (a,) a first guess at the direction, rad in P.
         """
         zero = np.zeros(len(time_s))
         at = Motion(pose[:, 0], pose[:, 1], pose[:, 2], zero, zero if way is None else way)
@@ -158,7 +161,9 @@ class Rest:
         return x * np.cos(way) + y * np.sin(way) - value * normal - self._margin[blocks.row], way
 
     def _weakest(self, contact: Contact, blocks: Blocks, load: tuple[Array, Array], way: Array) -> Array:
-        """The direction (a,) in which h / cos is least, cos being that of its angle to the load; from a guess at it.
+        """Returns the direction (a,) in which h / cos is least, cos being that of its angle to the load.
+
+        The search begins at a guess at it.
 
         By Newton's method within a bracket: in the tangent of that angle the function is convex for any limit curve, so
         that its slope tells the side, also at a corner of the curve or on a straight part of it, where Newton's step is
@@ -177,7 +182,10 @@ class Rest:
         return downward + off
 
     def _hold(self, contact: Contact | None, blocks: Blocks) -> Array:
-        """The friction (a,) that holds: the static limit, or the larger kinetic one in runs of which to `beware`."""
+        """Returns the friction (a,) that holds.
+
+        It is the static limit, or the larger kinetic one in runs of which to `beware`.
+        """
         limit = self._curve.value(contact, blocks.friction)
         wary = self._wary[blocks.row]
         if contact is None or not wary.any():
@@ -196,7 +204,7 @@ class Rest:
     # --- the search ---------------------------------------------------------------------------------------------------
 
     def crossing(self, lying: Lying) -> tuple[Crossing, Creep | None]:
-        """The next onsets, and the way crept until then (or until the end) if the model lets blocks creep."""
+        """Returns the next onsets, and the way crept until then (or until the end) if the model lets blocks creep."""
         grid = self._from_now(lying)
         creep = self._creeping(lying, grid) if self._creeps else None
         first = self._first(lying, grid, creep)
@@ -211,7 +219,7 @@ class Rest:
         return onset, creep
 
     def _from_now(self, lying: Lying) -> Grid:
-        """The grid with the blocks' present moment before it, and in place of what is past."""
+        """Returns the grid with the blocks' present moment before it, and in place of what is past."""
         times, number = self._grid.time_s[lying.row], self._grid.number[lying.row]
         now = lying.from_s[:, None]
         past = times <= now
@@ -219,7 +227,7 @@ class Rest:
         return Grid(np.column_stack([now, np.where(past, now, times)]), np.column_stack([lying.number, number]))
 
     def _first(self, lying: Lying, grid: Grid, creep: Creep | None) -> Index:
-        """The first column (a,) of the grid with E ≥ 0; −1 without one."""
+        """Returns the first column (a,) of the grid with E ≥ 0; −1 without one."""
         first, way = np.full(len(lying.row), -1), np.zeros(len(lying.row))
         left, column, count = np.arange(len(first)), 0, grid.time_s.shape[1]
         while len(left) and column < count:
@@ -234,7 +242,7 @@ class Rest:
     def _over(
         self, columns: slice, left: Index, seen: tuple[Lying, Grid, Creep | None], way: Array
     ) -> tuple[Array, Array]:
-        """E (b, w), m/s², of the blocks `left` (b,) in some columns of the grid, and the last one's direction (b,).
+        """Returns E (b, w), m/s², of the blocks `left` (b,) in some columns of the grid, and the last's direction (b,).
 
         `way` (a,) are those of the columns before, by which all but the first begin.
         """
@@ -289,7 +297,7 @@ class Rest:
     # --- creeping -----------------------------------------------------------------------------------------------------
 
     def _creeping(self, lying: Lying, grid: Grid) -> Creep:
-        """The way crept at the grid's times, by the trapezium rule."""
+        """Returns the way crept at the grid's times, by the trapezium rule."""
         a, c = grid.time_s.shape
         velocity, width = np.empty((a, c, 2)), max(1, _BLOCK // a)
         for column in range(0, c, width):
@@ -313,7 +321,7 @@ class Rest:
 
 
 def _toward_weakest(curve: Support, off: Array, within: tuple[Array, Array]) -> tuple[Array, Array, Array]:
-    """The next guess (a,) after `off`, by Newton's step or halving, and the narrower bracket of h / cos's minimum."""
+    """Returns the next guess (a,) after `off`, by Newton's step or halving, and the narrower bracket of the minimum."""
     tangent = np.tan(off)
     slope = curve.slope + curve.value * tangent
     low, high = np.where(slope < 0, off, within[0]), np.where(slope < 0, within[1], off)

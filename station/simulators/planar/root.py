@@ -28,16 +28,18 @@ class Bracket(NamedTuple):
     side: Array
 
     def unsure(self) -> NDArray[np.bool_]:
-        """A mask (b,): neither is the bracket narrow enough nor E at its upper end small enough."""
+        """Returns a mask (b,): neither is the bracket narrow enough nor E at its upper end small enough."""
         return (self.high - self.low > _CLOSE_S) & (self.above > _LEAST_M_S2)
 
     def middle(self, unsure: NDArray[np.bool_]) -> Array:
-        """The times (b,), s, at which a straight line through both ends is zero, where the `unsure` (b,) are true."""
+        """Gives the times (b,), s, at which a straight line through both ends is zero, where `unsure` (b,) is true."""
         spread = np.where(unsure, self.above - self.below, 1.0)
         return np.clip(self.high - self.above * (self.high - self.low) / spread, self.low, self.high)
 
     def narrowed(self, unsure: NDArray[np.bool_], middle: Array, found: tuple[Array, Array]) -> Bracket:
-        """The bracket with `middle` (b,), s, in place of one end where `unsure` (b,); an end that stays counts half.
+        """Returns the bracket with `middle` (b,), s, in place of one end where `unsure` (b,).
+
+        An end that stays counts half.
 
         `found` are E (b,), m/s², and the direction (b,), rad, at `middle`.
         """
@@ -56,7 +58,7 @@ class Bracket(NamedTuple):
 
 
 def root(at: Excess, low: Array, high: Array) -> tuple[Array, Array]:
-    """The zero (b,) of E between `low` and `high` (b,), s, and the direction (b,) there, by the Illinois rule.
+    """Returns the zero (b,) of E between `low` and `high` (b,), s, and the direction (b,) there, by the Illinois rule.
 
     The upper end of the last bracket is returned, where E is not negative: `low` where E is not negative there.
     """

@@ -50,7 +50,7 @@ def repeated(
     rng: np.random.Generator | None = None,
     simulated: Simulate = simulate,
 ) -> Signals:
-    """The session again, as `Simulator.repeat` says, with the engine `simulated`."""
+    """Returns the session again, as `Simulator.repeat` says, with the engine `simulated`."""
     runs = recorded_runs(recorded)
     commands = commands_of(recorded, runs, rig=rig)
     chances = Chances.none(len(runs))
@@ -64,7 +64,10 @@ def repeated(
 
 
 def commands_of(recorded: Signals, runs: Sequence[RecordedRun], *, rig: RigConfig) -> Commands:
-    """The commands of the runs: the attitude every 10 ms, and the specimen as its sample, or the rig file, has it."""
+    """Returns the commands of the runs.
+
+    They have the attitude every 10 ms, and the specimen as its sample, or the rig file, has it.
+    """
     size = rig.block.size_m
     samples = [run.sample for run in runs]
     times = [_knots_s(run) for run in runs]
@@ -88,7 +91,10 @@ def commands_of(recorded: Signals, runs: Sequence[RecordedRun], *, rig: RigConfi
 
 
 def _pivot(attitude: AttitudeTrack, stamps: Sequence[Integers]) -> list[Array] | None:
-    """The pivot's acceleration (k_i − 1, 3) in P, m/s², midway between the stamps of each run; None: not known."""
+    """Returns the pivot's acceleration (k_i − 1, 3) in P, m/s², midway between the stamps of each run.
+
+    It is None where it is not known.
+    """
     known = attitude.known()
     origin_ns = known.time_ns[0]
     time_s = (known.time_ns - origin_ns) * 1e-9
@@ -100,7 +106,7 @@ def _pivot(attitude: AttitudeTrack, stamps: Sequence[Integers]) -> list[Array] |
 
 
 def _knots_s(run: RecordedRun) -> Array:
-    """Times from 0 to the run's end, some 10 ms apart."""
+    """Returns times from 0 to the run's end, some 10 ms apart."""
     length = (run.end_ns - run.begin_ns) * 1e-9
     return np.linspace(0.0, length, max(2, round(length / KNOT_S) + 1))
 
@@ -131,7 +137,7 @@ def _outcome(
 
 
 def _true_gravity(commands: Commands, model: Model, row: Integers, time_s: Array) -> Array:
-    """Gravity (q, 3) in the plate as it truly stands; after a run's end as it stood then."""
+    """Returns gravity (q, 3) in the plate as it truly stands; after a run's end as it stood then."""
     plate = Plate(commands, model)
     time_s = np.clip(time_s, 0.0, commands.end_s[row])
     number = np.empty(len(row), dtype=np.intp)

@@ -40,11 +40,11 @@ class Chances:
 
     @classmethod
     def none(cls, n: int) -> Chances:
-        """No random differences."""
+        """Returns no random differences."""
         return cls(friction=np.ones(n), shake=np.zeros(n))
 
     def rows(self, chosen: slice) -> Chances:
-        """The differences of the chosen runs."""
+        """Returns the differences of the chosen runs."""
         return Chances(friction=self.friction[chosen], shake=self.shake[chosen])
 
     @classmethod
@@ -165,7 +165,7 @@ class _Batch:
         return np.flatnonzero(self._now_s < commands.end_s)
 
     def _settle(self, stop: Stop, moved: NDArray[np.bool_]) -> None:
-        """The blocks lie where they stopped, afresh if they have moved."""
+        """Lets the blocks lie where they stopped, afresh if they have moved."""
         self.pose[stop.row], self._number[stop.row] = stop.pose, stop.number
         self._now_s[stop.row] = np.where(moved, stop.time_s, stop.time_s + _STUCK_S)
         self._rest_from_s[stop.row[moved]] = stop.time_s[moved]

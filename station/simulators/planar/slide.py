@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from station.physics.circle import cos_sin
 from station.physics.contact import Array
-from station.physics.sole import TURNING_RADIUS, carried_across, left_against_turning
+from station.physics.sole import TURNING_RADIUS, left_against_turning
 from station.simulators.planar.friction import LimitCurve, Support
 from station.simulators.planar.load import Blocks, Motion, World
 from station.simulators.planar.plate import Column, Index
@@ -102,11 +102,10 @@ class Slide:
     """Follows blocks from their onset to their stop."""
 
     def __init__(self, world: World, curve: LimitCurve, *, traced: bool = True) -> None:
-        """`traced`: whether the nodes are wanted; else only the onsets are among them."""
+        """`traced` says if the nodes are wanted; else only the onsets are among them."""
         self._traced = traced
         self._world, self._curve = world, curve.in_motion
         self._shakes = bool(world.model.acting("shaking"))
-        self._leads = bool(world.model.acting("lead"))
         self._spins = world.model.turns or bool(world.commands.velocity[:, 2].any())
 
     def run(
@@ -152,7 +151,7 @@ class Slide:
         )
 
     def _step(self, state: _State) -> tuple[_State, NDArray[np.bool_]]:
-        """One trial step of every block; those whose step was too long stay where they are. Says who has stopped."""
+        """Tries one step of every block; those whose step was too long stay where they are. Says who has stopped."""
         blocks, at, time = state.blocks, state.at, state.time_s
         left = blocks.stretch[Column.END] - time
         step = np.minimum(state.step_s, left)
@@ -198,7 +197,7 @@ class Slide:
     def _moved_on(
         self, blocks: Blocks, passed: NDArray[np.bool_], now: Array, end_s: Array
     ) -> tuple[Blocks, NDArray[np.bool_]]:
-        """Blocks that have reached a knot go on to the next stretch that takes any time; says whose run is over."""
+        """Moves blocks that have reached a knot on to the next stretch that takes any time; says whose run is over."""
         over = passed & (now >= end_s)
         going = np.flatnonzero(passed & ~over)
         if len(going):
@@ -208,7 +207,7 @@ class Slide:
     def _rates(
         self, blocks: Blocks, time_s: Array, at: Motion, *, since: Array | None = None, like: _Rates | None = None
     ) -> _Rates:
-        """The rates of change at the beginning of a step or `since` (a,) s after it.
+        """Returns the rates of change at the beginning of a step or `since` (a,) s after it.
 
         Who is slow, and h″, which hardly changes in a step, its later stages take from the first (`like`).
         """
@@ -225,11 +224,10 @@ class Slide:
             h = h._replace(bend=like.bend)
         ahead, aside = x * cosine + y * sine, y * cosine - x * sine
         aside = aside - h.slope * normal
-        lead = self._world.model.lead(contact) if self._leads and contact is not None else None
-        if lead is not None:
-            side = 2.0 * self._world.half_m[blocks.row]
-            across = carried_across(lead, side, yaw_rate_rad_s=np.asarray(at.yaw_rate), speed_m_s=at.speed)
-            aside = aside - h.value * normal * across
+        model, rate, lead = self._world.model, np.asarray(at.yaw_rate), None
+        if contact is not None and model.carries:
+            lead = model.lead(contact)
+            aside = aside - h.value * normal * model.carried(contact, yaw_rate_rad_s=rate, speed_m_s=at.speed)
         moved: Array | float = 0.0
         some = np.flatnonzero(slow) if since is not None else _NONE
         if since is not None and len(some):
@@ -247,7 +245,7 @@ class Slide:
                 np.zeros_like(drag) if contact is None else self._world.driven(contact, drag, h.slope * normal),
                 hold=drag if lead is None else drag * left_against_turning(lead),
                 speed=at.speed,
-                rate=np.asarray(at.yaw_rate),
+                rate=rate,
                 side=2.0 * self._world.half_m[blocks.row],
                 bound=None if like is None or like.turning is None else like.turning.bound,
             )
@@ -257,7 +255,7 @@ class Slide:
     def _turned(
         self, blocks: Blocks, after: Motion, wrong: Array, stages: _Stages, fading: Decays
     ) -> tuple[Motion, Array]:
-        """The state after a step with its yaw and yaw rate, and the error against the tolerance with theirs."""
+        """Returns the state after a step with its yaw and yaw rate, and the error against the tolerance with theirs."""
         first, second, third = (_turning_of(stage) for stage in stages)
         rate, off = rate_after(first, second, third, fading)
         yaw = after.yaw + fading.step / 6.0 * (first.rate + 4.0 * second.rate + third.rate)
@@ -278,7 +276,7 @@ def _nodes(state: _State) -> Nodes:
 
 
 def _moved(at: Motion, step: Array, first: _Rates, second: _Rates | None = None) -> Motion:
-    """A stage of the rule: a step by `first`, or by 2 `second` − `first`."""
+    """Computes a stage of the rule: a step by `first`, or by 2 `second` − `first`."""
     if second is None:
         x, y, speed, way = first.x, first.y, first.speed, first.way
     else:
@@ -295,7 +293,7 @@ def _moved(at: Motion, step: Array, first: _Rates, second: _Rates | None = None)
 
 
 def _kutta(at: Motion, stages: _Stages, step: Array) -> tuple[Motion, Array]:
-    """The state after a step, and its error against the tolerance.
+    """Returns the state after a step, and its error against the tolerance.
 
     On a corner of the support function (a facet of the limit curve) φ is held by forces from both sides, faster than
     any step follows. Where φ′ changes its sign within a step too long for it, φ is put between, where they balance.
@@ -320,7 +318,7 @@ def _kutta(at: Motion, stages: _Stages, step: Array) -> tuple[Motion, Array]:
 
 
 def _between(at: Motion, stages: _Stages, step: Array, doubtful: Index) -> tuple[Index, Array]:
-    """The `doubtful` (b,) that are held at a corner (c,), and the ways (c,) where the forces on them balance."""
+    """Gives the `doubtful` (b,) that are held at a corner (c,), and the ways (c,) where the forces on them balance."""
     first, second, third = (stage.way[doubtful] for stage in stages)
     step = step[doubtful]
     early = first * second < 0
@@ -334,15 +332,19 @@ def _between(at: Motion, stages: _Stages, step: Array, doubtful: Index) -> tuple
 
 
 def _turned_by(turn: Array, cosine: Array, sine: Array) -> tuple[Array, Array]:
-    """Cosine and sine of an angle that grows by `turn`."""
+    """Returns cosine and sine of an angle that grows by `turn`."""
     by_cosine, by_sine = cos_sin(turn)
     return cosine * by_cosine - sine * by_sine, sine * by_cosine + cosine * by_sine
 
 
 def relaxed(stiffness: Array, aside: Array, speed: Array, since: Array) -> Array:
-    """The change of φ (a,), rad, in the `since` (a,), s, from now on, towards where G = `aside` (a,), m/s², vanishes.
+    """Returns the change of φ (a,), rad, in some time from now, towards where G vanishes.
 
-    `stiffness` (a,), m/s², is −dG/dφ = T·e + h″ N, and `speed` (a,), m/s, is v.
+    Args:
+        stiffness: (a,) −dG/dφ = T·e + h″ N, m/s².
+        aside: (a,) G, m/s².
+        speed: (a,) v, m/s.
+        since: (a,) the time, s.
     """
     paced = since / np.maximum(speed, 1e-9)
     decay = np.clip(stiffness * paced, -1.0, 1e9)
@@ -352,7 +354,7 @@ def relaxed(stiffness: Array, aside: Array, speed: Array, since: Array) -> Array
 
 
 def _time_to_stop(speed: Array, change: Array, after: Array, step: Array) -> Array:
-    """The zero of a parabola through the speed, its change and the (negative) speed after `step`."""
+    """Returns the zero of a parabola through the speed, its change and the (negative) speed after `step`."""
     bend = (after - speed - change * step) / np.maximum(step * step, 1e-18)
     root = np.sqrt(np.maximum(change * change - 4.0 * bend * speed, 0.0))
     below = -change + root

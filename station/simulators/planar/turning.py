@@ -41,7 +41,7 @@ class Turning(NamedTuple):
 
 
 def turning(spin: Array, *, hold: Array, speed: Array, rate: Array, side: Array, bound: Bools | None) -> Turning:
-    """A stage of the turning of blocks (a,).
+    """Computes a stage of the turning of blocks (a,).
 
     Args:
         spin: (a,) the drive, rad/s².
@@ -84,7 +84,10 @@ class Decays(NamedTuple):
 
 
 def decays(first: Turning, step: Array) -> Decays:
-    """The `Decays` of `step` (a,), s; where z is small, and the fractions would cancel, they are Taylor series."""
+    """Returns the `Decays` of `step` (a,), s.
+
+    Where z is small, and the fractions would cancel, they are Taylor series.
+    """
     z = np.minimum(-first.decay * step, -1e-12)
     small = z > -_SMALL
     w = np.where(small, -1.0, z)
@@ -111,18 +114,18 @@ def _series(z: Array) -> tuple[Array, ...]:
 
 
 def rate_at_half(first: Turning, way: Decays) -> Array:
-    """The yaw rate (a,) for the second stage, half a step on."""
+    """Returns the yaw rate (a,) for the second stage, half a step on."""
     return first.rate * way.kept_half + 0.5 * way.step * way.share_half * first.drive
 
 
 def rate_at_full(first: Turning, second: Turning, way: Decays) -> Array:
-    """The yaw rate (a,) for the third stage, a step on."""
+    """Returns the yaw rate (a,) for the third stage, a step on."""
     drive = 2.0 * _beside(second, first) - first.drive
     return first.rate * way.kept + way.step * way.share * drive
 
 
 def rate_after(first: Turning, second: Turning, third: Turning, way: Decays) -> tuple[Array, Array]:
-    """The yaw rate (a,) after a step, and how far a rule of lower order is from it."""
+    """Returns the yaw rate (a,) after a step, and how far a rule of lower order is from it."""
     inner, last = _beside(second, first), _beside(third, first)
     # The two rules differ only in what follows from the stages.
     off = way.begin * first.drive + (way.middle - way.share) * inner + way.end * last
@@ -134,5 +137,5 @@ def rate_after(first: Turning, second: Turning, third: Turning, way: Decays) -> 
 
 
 def _beside(stage: Turning, first: Turning) -> Array:
-    """The part of a stage's change besides the decay of the first stage."""
+    """Returns the part of a stage's change besides the decay of the first stage."""
     return stage.drive + (first.decay - stage.decay) * stage.rate

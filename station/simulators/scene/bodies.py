@@ -60,7 +60,7 @@ class Scene:
         return found
 
     def _plate(self, keys: Keys, path: Path) -> int:
-        """The body of the plate, or of the geom that is the plate."""
+        """Returns the body of the plate, or of the geom that is the plate."""
         geom = int(mj.mj_name2id(self.model, mj.mjtObj.mjOBJ_GEOM, keys.plate))
         body = int(mj.mj_name2id(self.model, mj.mjtObj.mjOBJ_BODY, keys.plate))
         plate = body if body >= 0 or geom < 0 else int(self.model.geom_bodyid[geom])
@@ -73,7 +73,7 @@ class Scene:
         return plate
 
     def _frame(self, plate: int, keys: Keys) -> tuple[Array, Array]:
-        """Origin (3,) and rotation (3, 3) of the plate's frame in the world: the body's, or its geom's."""
+        """Returns origin (3,) and rotation (3, 3) of the plate's frame in the world: the body's, or its geom's."""
         body = int(mj.mj_name2id(self.model, mj.mjtObj.mjOBJ_BODY, keys.plate))
         place, turn = (
             (self.data.xpos[plate], self.data.xmat[plate])
@@ -83,7 +83,7 @@ class Scene:
         return place.copy(), turn.reshape(3, 3).copy()
 
     def _geoms(self, plate: int) -> tuple[Index, Index]:
-        """The geoms (g,) of block and plate, and the explicit pairs (p,) that one of the block's is in."""
+        """Returns the geoms (g,) of block and plate, and the explicit pairs (p,) that one of the block's is in."""
         of_body = self.model.geom_bodyid
         mine = np.flatnonzero(self.model.body_rootid[of_body] == self.model.body_rootid[self.block])
         theirs = np.flatnonzero(of_body == plate)
@@ -119,13 +119,13 @@ class Scene:
         self.foot = turned.T @ (-height * self.turn[:, 2])
 
     def pose(self) -> tuple[float, float, float]:
-        """x, y (m) and heading (rad) of the block in the plate's frame."""
+        """Returns x, y (m) and heading (rad) of the block in the plate's frame."""
         turned = self.data.xmat[self.block].reshape(3, 3)
         x, y, _ = self.turn.T @ (self.data.xpos[self.block] + turned @ self.foot - self.origin)
         ahead = self.turn.T @ turned[:, 0]
         return float(x), float(y), math.atan2(ahead[1], ahead[0])
 
     def velocity(self) -> tuple[float, float]:
-        """The block's velocity along the plate, m/s."""
+        """Returns the block's velocity along the plate, m/s."""
         vx, vy, _ = self.turn.T @ self.data.qvel[self.qvel][:3]
         return float(vx), float(vy)

@@ -49,7 +49,7 @@ class Driver:
         self.mu = float(self._pairs[:, 0].max() if len(pairs) else self._geoms[:, 0].max())
 
     def __call__(self, commands: Commands, model: Model, friction: float) -> Answer:
-        """One run: commands with a single row, what to change, and the run's own factor on the friction.
+        """Simulates one run: commands with a single row, what to change, and the run's own factor on the friction.
 
         Raises:
             UserError: if the scene is unstable, or the block is lost.
@@ -84,7 +84,7 @@ class Driver:
         scene.stand()
 
     def _followed(self, run: Run, found: Found | None) -> Array:
-        """Rows of t, x, y, yaw (k, 4)."""
+        """Returns rows of t, x, y, yaw (k, 4)."""
         scene, step_s = self.scene, float(self.scene.model.opt.timestep)
         every = max(1, int(STORED_S / step_s))
         times = np.arange(0.0, run.end_s + every * step_s, step_s)
@@ -134,7 +134,7 @@ class Driver:
         return began
 
     def _holds(self, pull: Array) -> bool:
-        """True if the block needs less than HELD of its friction as it is set now."""
+        """Returns true if the block needs less than HELD of its friction as it is set now."""
         geoms, pairs = self.scene.touching
         model = self.scene.model
         mu = model.pair_friction[pairs, 0].max() if len(pairs) else model.geom_friction[geoms, 0].max()
@@ -158,7 +158,7 @@ class _Loads:
         self._rate, self._bend = at_steps(run.rate_rad_s).tolist(), at_steps(run.acceleration_rad_s2).tolist()
 
     def at(self, number: int, pose: _Pose, velocity: _Velocity) -> Array:
-        """g − α × r − ω × (ω × r) − 2 ω × v (3,), m/s², in the plate's frame, with r and v in the plate."""
+        """Returns g − α × r − ω × (ω × r) − 2 ω × v (3,), m/s², in the plate's frame, with r and v in the plate."""
         (wx, wy, wz), (ax, ay, az), (x, y, _), (vx, vy) = self._rate[number], self._bend[number], pose, velocity
         inward, square = wx * x + wy * y, wx * wx + wy * wy + wz * wz
         inertial = (

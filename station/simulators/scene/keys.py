@@ -20,7 +20,7 @@ class Keys:
 
 
 def keys_beside(scene: Path) -> Keys:
-    """The keys in the TOML file that has the scene's name (scene.xml: scene.toml); without one, those of `Keys`.
+    """Gives the keys in the TOML file that has the scene's name (scene.xml: scene.toml); without one, those of `Keys`.
 
     Raises:
         UserError: naming file, line and key of what is wrong.

@@ -32,7 +32,7 @@ class Change:
 
 
 def changes() -> tuple[Change, ...]:
-    """The changes to be tried, from none at all to the largest, which is the refined scene."""
+    """Returns the changes to be tried, from none at all to the largest, which is the refined scene."""
     firm = f'cone="elliptic", impratio="{IMPRATIO:g}"'
     return (
         Change(text="as it is", make=lambda _: None),
@@ -74,7 +74,10 @@ class SceneSimulator(Called, Refinable):
         super().__init__(self._driver, name=str(path), tells=True)
 
     def numerics(self, recorded: Signals, *, rig: RigConfig) -> tuple[list[dict[str, Any]], Simulator]:
-        """See `Refinable.numerics`."""
+        """Tries each change of the scene's settings on some recorded tilts.
+
+        Returns what differs, and the scene with the settings that cure it; the scene as it is if none does.
+        """
         every = changes()
         tried = [_tried(change, _driver(self._path, change)) for change in every]
         pyramid = self._driver.scene.model.opt.cone == mj.mjtCone.mjCONE_PYRAMIDAL
@@ -100,7 +103,7 @@ def _tried(change: Change, driver: Driver) -> Tried:
 
 
 def of_scene(path: Path) -> SceneSimulator:
-    """A simulator from a MuJoCo scene.
+    """Returns a simulator from a MuJoCo scene.
 
     Raises:
         UserError: as `Scene` does.

@@ -33,7 +33,7 @@ class Answer(NamedTuple):
     known: bool
 
     def at(self, time_s: Array) -> Array:
-        """The poses (m, 3) at `time_s` (m,), s, by cubics that never overshoot.
+        """Returns the poses (m, 3) at `time_s` (m,), s, by cubics that never overshoot.
 
         Before the path begins and after it ends the block lies where it was. They are nan after the onset where nothing
         is known.
@@ -47,7 +47,7 @@ class Answer(NamedTuple):
 
 
 def answer_of(given: Any, run: Run) -> Answer:
-    """The answer of a function for a run, as a checked path.
+    """Returns the answer of a function for a run, as a checked path.
 
     Raises:
         ValueError: with what was expected and what came.
@@ -67,7 +67,7 @@ def answer_of(given: Any, run: Run) -> Answer:
 
 
 def _table(given: Any) -> tuple[Array, float | None]:
-    """Rows of t, x, y, yaw (k, 4), and the onset if it is stated."""
+    """Returns rows of t, x, y, yaw (k, 4), and the onset if it is stated."""
     columns = given
     onset = None
     if all(hasattr(given, name) for name in ("t_s", "x_m", "y_m", "yaw_rad")):
@@ -116,7 +116,7 @@ def _row(values: Array) -> str:
 
 
 def onset_of(found: Answer, run: Run) -> float:
-    """The moment at which the slide began, s; nan without one.
+    """Returns the moment at which the slide began, s; nan without one.
 
     The times t1, t2, t3 at which the block is 8, 64 and 512 µm away follow d = c (t − t0)^p on whatever law it slides
     by: t0 = t1 − (t2 − t1)² / ((t3 − t2) − (t2 − t1)). Ways are from where the block was at nine tenths of the load,
@@ -141,6 +141,6 @@ def _away(found: Answer, base: int) -> Array:
 
 
 def _reached(time_s: Array, away: Array, way_m: float) -> float:
-    """The moment at which a way that never shrinks first reaches `way_m`; its last moment if it does not."""
+    """Returns the moment at which a way that never shrinks first reaches `way_m`; its last moment if it does not."""
     at = int(np.argmax(away >= way_m)) if away[-1] >= way_m else len(away) - 1
     return float(np.interp(way_m, away[at - 1 : at + 1], time_s[at - 1 : at + 1])) if at else float(time_s[0])

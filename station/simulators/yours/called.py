@@ -77,7 +77,7 @@ class Called(OwnFriction):
 
 
 def of_function(function: Function, *, name: str = "") -> Called:
-    """A simulator from a function in this process, without a time limit: whoever passes one can interrupt it."""
+    """Gives a simulator from a function in this process, without a time limit: whoever passes one can interrupt it."""
 
     def call(commands: Commands, model: Model, friction: float) -> Answer:
         return called(function, commands, model, friction)
@@ -86,7 +86,7 @@ def of_function(function: Function, *, name: str = "") -> Called:
 
 
 def of_file(path: Path, function: str = NAMED, *, limit_s: float = LIMIT_S) -> Called:
-    """A simulator from a function of a Python file, which runs in a process of its own.
+    """Returns a simulator from a function of a Python file, which runs in a process of its own.
 
     Raises:
         UserError: if it cannot be loaded.
@@ -96,6 +96,6 @@ def of_file(path: Path, function: str = NAMED, *, limit_s: float = LIMIT_S) -> C
 
 
 def _way(answer: Answer) -> float:
-    """The direction of the first motion; nan without one that is known."""
+    """Returns the direction of the first motion; nan without one that is known."""
     moved: Array = answer.pose[-1, :2] - answer.pose[0, :2]
     return math.atan2(moved[1], moved[0]) if answer.known and math.isfinite(answer.onset_s) else math.nan

@@ -50,7 +50,7 @@ class Child:
         self.takes_found = bool(self._next(START_S, "importing it"))
 
     def run(self, commands: Commands, model: Model, friction: float) -> Answer:
-        """One run, as `function.called` says.
+        """Simulates one run, as `function.called` says.
 
         Raises:
             UserError: also for a function that takes longer than the limit, or whose process ends.

@@ -53,21 +53,21 @@ class Found:
         self._world = World(commands, model, friction=np.ones(1), shake=np.zeros(1))
 
     def friction_multiplier(self, **state: Unpack[State]) -> Array | float:
-        """The factor (n,), or one, on the simulator's coefficient of friction, static at rest and kinetic in motion."""
+        """Gives the factor (n,), or one, on the simulator's friction coefficient, static at rest, kinetic in motion."""
         if self._model.acting("friction"):
             return _as_asked(self._own * self._model.friction(self._contact(state)), state["t_s"])
         factor = self._model.mu_s * self._own
         return np.full(np.shape(state["t_s"]), factor) if np.ndim(state["t_s"]) else factor
 
     def force_per_mass(self, **state: Unpack[State]) -> Array:
-        """The push per mass (3,) or (n, 3), m/s², in the plate's frame, beside gravity and friction; +z lifts."""
+        """Gives the push per mass (3,) or (n, 3), m/s², in the plate's frame, beside gravity and friction; +z lifts."""
         if not self._model.acting("push"):
             return np.zeros((*np.shape(state["t_s"]), 3))
         pushed = self._model.push(self._contact(state))
         return pushed if np.ndim(state["t_s"]) else pushed[0]
 
     def angular_acceleration(self, *, friction_m_s2: ArrayLike, **state: Unpack[State]) -> Array | float:
-        """Angular acceleration (n,), rad/s², of a sliding block; `friction_m_s2` (n,): friction per mass."""
+        """Gives the angular acceleration (n,), rad/s², of a sliding block; `friction_m_s2` (n,): friction per mass."""
         if not self._model.turns:
             return _as_asked(np.zeros(np.shape(state["t_s"])), state["t_s"])
         contact = self._contact(state)
@@ -95,11 +95,11 @@ _ORDER = tuple(State.__annotations__)
 
 
 def needs_telling(model: Model, friction: float = 1.0) -> bool:
-    """True if only the simulator itself can act on the model: it changes friction or pushes."""
+    """Returns true if only the simulator itself can act on the model: it changes friction or pushes."""
     acting = {hook for hook in HOOKS if model.acting(hook)}
     return model.mu_s * friction != 1.0 or bool(acting - IMAGE - PLATE)
 
 
 def _as_asked(values: Array, like: ArrayLike) -> Array | float:
-    """A number where numbers were given."""
+    """Returns a number where numbers were given."""
     return values if np.ndim(like) else float(np.ravel(values)[0])

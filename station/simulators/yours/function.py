@@ -25,7 +25,7 @@ Function = Callable[..., Any]
 
 
 def loaded(path: Path, name: str = NAMED) -> Function:
-    """The function of that name in a Python file, whose neighbours it can import.
+    """Returns the function of that name in a Python file, whose neighbours it can import.
 
     Raises:
         UserError: if the file cannot be read or run, or has no such function.
@@ -44,7 +44,7 @@ def loaded(path: Path, name: str = NAMED) -> Function:
 
 
 def takes_found(function: Function) -> bool:
-    """True if the function has a second argument, for what was found."""
+    """Returns true if the function has a second argument, for what was found."""
     try:
         inspect.signature(function).bind(None, None)
     except (TypeError, ValueError):
@@ -53,7 +53,7 @@ def takes_found(function: Function) -> bool:
 
 
 def called(function: Function, commands: Commands, model: Model, friction: float) -> Answer:
-    """One run: `commands` has a single row; `friction` is this run's own factor on it.
+    """Simulates one run: `commands` has a single row; `friction` is this run's own factor on it.
 
     Raises:
         UserError: with the run and what the function did wrong.
@@ -74,5 +74,5 @@ def called(function: Function, commands: Commands, model: Model, friction: float
 
 
 def one_line(error: BaseException) -> str:
-    """An exception in one line."""
+    """Returns an exception in one line."""
     return f"{type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")

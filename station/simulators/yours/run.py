@@ -83,7 +83,7 @@ class Path:
 
 
 def run_of(commands: Commands, plate: Plate) -> Run:
-    """The run of commands with a single row; `plate` is how it truly stands."""
+    """Returns the run of commands with a single row; `plate` is how it truly stands."""
     number = np.arange(plate.knots)
     stretch = plate.stretch(np.zeros(len(number), dtype=np.intp), np.minimum(number, plate.knots - 2))
     t_s = commands.time_s[0]

@@ -17,7 +17,7 @@ _MEAN, _COUNT = "fig7/mean", "fig7/samples"
 
 
 def bins_of(pair: Pair) -> Bins:
-    """The bins of the kept slides' angles of repose in degrees, folded to 180° as the paper does."""
+    """Returns the bins of the kept slides' angles of repose in degrees, folded to 180° as the paper does."""
     return by_direction(pair.kept.paper_rad, np.degrees(pair.kept.theta_rad))
 
 
@@ -43,7 +43,7 @@ def draw(recording: rr.RecordingStream, root: str, pair: Pair) -> None:
 
 
 def views(root: str, pair: Pair, *, title: str) -> rrb.Container:
-    """The band above, the numbers of samples below."""
+    """Shows the band above, the numbers of samples below."""
     bins = bins_of(pair)
     spread = np.where(np.isnan(bins.sd), 0.0, bins.sd)
     low, high = (0.0, 1.0) if not bins.count.any() else (np.nanmin(bins.mean - spread), np.nanmax(bins.mean + spread))

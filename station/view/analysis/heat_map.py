@@ -15,7 +15,10 @@ _PATCHES = "fig8/patches"
 
 
 def patches_of(pair: Pair) -> Array:
-    """Mean θ (°) of the kept slides in each patch, (rows, columns); 0 where there is no sample, as in the paper."""
+    """Returns the mean θ (°) of the kept slides in each patch, (rows, columns).
+
+    They are 0 where there is no sample, as in the paper.
+    """
     kept = pair.kept
     means = heat_map(centres_px(kept.pre_px), np.degrees(kept.theta_rad), size_px=image_size_px(pair.slides))
     return np.nan_to_num(means, nan=0.0)
@@ -33,7 +36,7 @@ def draw(recording: rr.RecordingStream, root: str, pair: Pair) -> None:
 
 
 def view(root: str, pair: Pair, *, title: str) -> rrb.View:
-    """The tensor with a colour for each angle; its name has the scale, which the viewer does not draw."""
+    """Returns the tensor with a colour for each angle; its name has the scale, which the viewer does not draw."""
     low, high = _range(patches_of(pair))
     return rrb.TensorView(
         origin=f"{root}/{_PATCHES}",

@@ -59,7 +59,7 @@ def draw(recording: rr.RecordingStream, root: str, pair: Pair) -> None:
 
 
 def views(root: str, pair: Pair, *, title: str) -> rrb.Container:
-    """Folded as the paper has it, and over the whole circle that the mark's identity gives."""
+    """Shows the slides folded as the paper has it, and over the whole circle that the mark's identity gives."""
     slides = _known(pair)
     reach = 1.25 * _reach(slides) if len(slides) else 1.0
     bounds = {"folded": (-reach, 0.3 * reach), "whole": (-reach, reach)}
@@ -96,13 +96,13 @@ def _said(slides: Slides, direction_rad: Array) -> Iterator[str]:
 
 
 def _rgb(colour: str) -> colours.Colour:
-    """A colour of the printed figures, '#rrggbb'."""
+    """Returns a colour of the printed figures, '#rrggbb'."""
     red, green, blue = bytes.fromhex(colour.removeprefix("#"))
     return red, green, blue
 
 
 def _grid(recording: rr.RecordingStream, place: str, *, span_deg: int, reach_deg: float) -> None:
-    """Rings at round angles of repose, rays every 30°, each with its number."""
+    """Draws rings at round angles of repose, rays every 30°, each with its number."""
     step = next((step for step in _RINGS_DEG if reach_deg / step <= 5), _RINGS_DEG[-1])
     radii = np.arange(step, reach_deg, step)
     turn = np.radians(np.linspace(0, span_deg, 2 * span_deg + 1))

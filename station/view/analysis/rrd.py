@@ -50,7 +50,10 @@ def write_analysis(results: Sequence[PairResult], path: Path, *, first: Sequence
 
 
 def roots_of(pairs: Sequence[Pair]) -> list[str]:
-    """The entity of each pair in the recording: its name in letters and digits, told apart by a number if need be."""
+    """Returns the entity of each pair in the recording.
+
+    It is the pair's name in letters and digits, told apart by a number if need be.
+    """
     roots: list[str] = []
     for pair in pairs:
         stem = "pairs/" + (re.sub(r"\W+", "_", pair.name).strip("_") or "pair")
@@ -63,7 +66,10 @@ def _say(recording: rr.RecordingStream, path: str, text: str) -> None:
 
 
 def _layout(results: Sequence[PairResult], roots: Sequence[str]) -> rrb.Blueprint:
-    """A page for every pair; with several pairs one for each figure, too, as the paper prints them; the tables."""
+    """Returns a page for every pair.
+
+    With several pairs there is one for each figure, too, as the paper prints them; then come the tables.
+    """
     pairs = [(root, result.pair) for root, result in zip(roots, results, strict=True)]
     pages: list[rrb.Container | rrb.View] = [_page(root, pair) for root, pair in pairs]
     if len(pairs) > 1:

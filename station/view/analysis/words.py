@@ -11,13 +11,13 @@ from station.friction.results import PairResult
 
 
 def of_pair(result: PairResult) -> str:
-    """The sentences about one pair."""
+    """Returns the sentences about one pair."""
     notes = (f"- {'**!** ' if note.finding else ''}{_plain(note.text)}" for note in conclusions(result))
     return "\n".join([f"# {_plain(result.pair.name)}", "", *notes])
 
 
 def of_all(results: Sequence[PairResult], *, first: Sequence[ReportTable] = ()) -> str:
-    """Every table, those of `first` before the analysis's own."""
+    """Returns every table, those of `first` before the analysis's own."""
     return "\n\n".join(_table(table) for table in (*first, *tables(results)))
 
 

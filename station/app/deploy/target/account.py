@@ -17,7 +17,7 @@ GROUPS = ("video", "render")
 
 
 def ensure_account(*, wanted: bool) -> str:
-    """The account that the agent runs as; created if it is missing.
+    """Returns the account that the agent runs as; created if it is missing.
 
     Raises:
         Refused: if it cannot be created.
@@ -60,7 +60,7 @@ class Identity:
 
 
 def identity_of(account: str) -> Identity:
-    """The account with its camera groups, if this process may change to it."""
+    """Returns the account with its camera groups, if this process may change to it."""
     if os.geteuid() != 0:
         return Identity()
     group = grp.getgrgid(pwd.getpwnam(account).pw_gid).gr_name

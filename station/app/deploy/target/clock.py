@@ -31,7 +31,7 @@ def forget(paths: TargetPaths) -> None:
 
 
 def tracking() -> dict[str, str]:
-    """The words of chrony: the source that it follows and how far the clock is from it; empty without chrony."""
+    """Gives the words of chrony: the source that it follows and how far the clock is from it; empty without chrony."""
     parts = _chronyc("-c", "tracking").strip().split(",")
     if len(parts) < 5 or not parts[1]:
         return {}

@@ -71,7 +71,7 @@ def _state_folder(paths: TargetPaths, account: str) -> None:
 
 
 def _place_venv(paths: TargetPaths, wanted: Wanted) -> None:
-    """The dependencies: a venv that sees the system's packages, made without pip, filled with the unpacked wheels."""
+    """Places the dependencies: a venv that sees the system's packages, filled with the unpacked wheels, without pip."""
     venv = paths.venvs / wanted.venv
     if (venv / "complete").exists():
         return
@@ -124,7 +124,7 @@ def _switch(paths: TargetPaths, wanted: Wanted, supervisor: Supervisor) -> bool:
 
 
 def _other_supervisor(paths: TargetPaths, wanted: Wanted) -> Supervisor:
-    """The one that is not wanted may run an agent from an earlier deployment."""
+    """Returns the one that is not wanted, which may run an agent from an earlier deployment."""
     return supervisor_of("none" if wanted.supervisor == "systemd" else "systemd", paths, account="root")
 
 

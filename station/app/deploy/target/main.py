@@ -51,7 +51,7 @@ def _act(options: argparse.Namespace) -> dict[str, Any]:
 
 @contextlib.contextmanager
 def _alone(root: str) -> Generator[None]:
-    """Two deployments at once would mix their releases: the second is refused. The lock is on the folder itself."""
+    """Refuses a second deployment at once, which would mix the releases; the lock is on the folder itself."""
     Path(root).mkdir(parents=True, exist_ok=True)
     folder = os.open(root, os.O_RDONLY)
     try:

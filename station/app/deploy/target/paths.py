@@ -65,7 +65,7 @@ class TargetPaths:
         return self.root / "etc/chrony/sources.d/repose.sources"
 
     def release_of(self, link: Path) -> str:
-        """The release's id that a link points to, or empty."""
+        """Returns the release's id that a link points to, or empty."""
         return link.readlink().name if link.is_symlink() else ""
 
 

@@ -32,11 +32,11 @@ class Supervisor(Protocol):
         ...
 
     def running(self) -> int:
-        """The agent's process id; 0 when it does not run."""
+        """Returns the agent's process id; 0 when it does not run."""
         ...
 
     def log(self) -> str:
-        """The last lines of the agent's log."""
+        """Returns the last lines of the agent's log."""
         ...
 
     def remove(self) -> None:
@@ -51,7 +51,7 @@ class Systemd:
         self._unit = paths.unit
 
     def install(self, unit: str) -> bool:
-        """See `Supervisor.install`."""
+        """Writes the unit if it has changed, and enables it; returns true if it has."""
         changed = not self._unit.is_file() or self._unit.read_text() != unit
         if changed:
             self._unit.parent.mkdir(parents=True, exist_ok=True)
@@ -61,29 +61,29 @@ class Systemd:
         return changed
 
     def start(self) -> None:
-        """See `Supervisor.start`."""
+        """Restarts the unit, also after too many failures."""
         _systemctl("reset-failed", SERVICE, check=False)
         _systemctl("restart", SERVICE)
 
     def stop(self) -> None:
-        """See `Supervisor.stop`."""
+        """Stops the unit."""
         _systemctl("stop", SERVICE, check=False)
 
     def running(self) -> int:
-        """See `Supervisor.running`: a unit that is between two restarts does not count."""
+        """Returns the process id of the unit, or 0; a unit that is between two restarts does not count."""
         shown = _systemctl("show", "--property=ActiveState,MainPID", SERVICE, check=False)
         values = {key: value for key, _, value in (line.partition("=") for line in shown.splitlines())}
         return int(values.get("MainPID") or 0) if values.get("ActiveState") == "active" else 0
 
     def log(self) -> str:
-        """See `Supervisor.log`."""
+        """Returns the last twelve lines of the unit's journal; nothing without journalctl."""
         words = ["journalctl", "--unit", SERVICE, "--lines", "12", "--no-pager", "--output", "cat"]
         with contextlib.suppress(OSError):
             return subprocess.run(words, capture_output=True, text=True, check=False).stdout
         return ""
 
     def remove(self) -> None:
-        """See `Supervisor.remove`."""
+        """Disables and stops the unit, and deletes its file."""
         if self._unit.exists():
             _systemctl("disable", "--now", "--quiet", SERVICE, check=False)
             self._unit.unlink()
@@ -98,12 +98,12 @@ class NoSupervisor:
         self._pid_file, self._log_file = paths.state / "agent.pid", paths.state / "agent.log"
 
     def install(self, unit: str) -> bool:
-        """See `Supervisor.install`: there is none."""
+        """Returns false: there is no unit to install."""
         del unit
         return False
 
     def start(self) -> None:
-        """See `Supervisor.start`."""
+        """Ends an agent that runs, and starts a new process with its output in the log file."""
         self.stop()
         home = self._paths.current
         words = [str(home / "venv/bin/python"), "-m", "pi_agent", "run", "--rig", str(home / "rig.toml")]
@@ -125,7 +125,7 @@ class NoSupervisor:
         self._pid_file.write_text(str(process.pid))
 
     def stop(self) -> None:
-        """See `Supervisor.stop`."""
+        """Asks the process to end, and kills it if it is still there after the grace period."""
         pid = self.running()
         if pid:
             os.kill(pid, signal.SIGTERM)
@@ -135,7 +135,7 @@ class NoSupervisor:
         self._pid_file.unlink(missing_ok=True)
 
     def running(self) -> int:
-        """See `Supervisor.running`: the number in the file counts only while it is still an agent's."""
+        """Returns the process id from the file, or 0; it counts only while the process is an agent."""
         try:
             pid = int(self._pid_file.read_text())
         except (OSError, ValueError):
@@ -143,24 +143,24 @@ class NoSupervisor:
         return pid if _is_agent(pid) else 0
 
     def log(self) -> str:
-        """See `Supervisor.log`."""
+        """Returns the last twelve lines of the log file; nothing if it cannot be read."""
         with contextlib.suppress(OSError):
             return "\n".join(self._log_file.read_text(errors="replace").splitlines()[-12:])
         return ""
 
     def remove(self) -> None:
-        """See `Supervisor.remove`."""
+        """Stops the agent and deletes its log file."""
         self.stop()
         self._log_file.unlink(missing_ok=True)
 
 
 def supervisor_of(name: str, paths: TargetPaths, *, account: str) -> Supervisor:
-    """The supervisor called "systemd" or "none"."""
+    """Returns the supervisor called "systemd" or "none"."""
     return Systemd(paths) if name == "systemd" else NoSupervisor(paths, account=account)
 
 
 def stays_up(supervisor: Supervisor, *, seconds: float) -> bool:
-    """True if one and the same process runs for so long (a restart in between is a failure)."""
+    """Returns true if one and the same process runs for so long (a restart in between is a failure)."""
     first, end = supervisor.running(), time.monotonic() + seconds
     while first and time.monotonic() < end:
         time.sleep(0.25)

@@ -84,7 +84,7 @@ def _messages(
 
 
 def _moments(run: Run, plate: Array, block: Poses, slip: Slip | None, *, first_seq: int) -> Iterator[Item]:
-    """The readings of a run in the order of their times, numbered from `first_seq`, with the events of its tilt."""
+    """Yields the readings of a run in order of their times, numbered from `first_seq`, with the events of its tilt."""
     due = [] if slip is None else [(slip.tilt_ns, "TILT"), (slip.detect_ns, "SLIP")]
     for seq, (row, stamp_ns) in enumerate(zip(run.rows.tolist(), run.time_ns.tolist(), strict=True), start=first_seq):
         qw, qx, qy, qz = plate[row].tolist()
@@ -107,7 +107,7 @@ def _event(run: Run, stamp_ns: int, phase: str) -> Item:
 
 
 def _facts(table: Tracks, runs: tuple[Run, ...]) -> Iterator[Sample]:
-    """Each run's sample with what the table says of the whole run."""
+    """Yields each run's sample with what the table says of the whole run."""
     fields = ("mass", "area", "temperature", "relative_humidity", "plate_mount", "dwell")
     known = zip(runs, *(each(table, field, runs) for field in fields), strict=True)
     for run, mass, area, temperature, humidity, mount, dwell in known:
@@ -164,7 +164,7 @@ def _provenance(table: Tracks, block: Poses, source: Path) -> Provenance:
 
 
 def _rig_toml(table: Tracks, block: Poses) -> str:
-    """Plate and block; the table says nothing of a foam, so its opening is out of every block's reach."""
+    """Returns plate and block; the table says nothing of a foam, so its opening is out of every block's reach."""
     side_m, mass_kg = math.sqrt(_typical(table, "area", UNKNOWN_SIDE_M**2)), _typical(table, "mass", 0.008)
     reach_m = 4.0 * (float(np.abs(block.place_m[block.found]).max()) + side_m)
     return (

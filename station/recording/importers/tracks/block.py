@@ -34,7 +34,7 @@ class Poses:
         self._sigma_rad = np.nan_to_num(table.numbers.get("sigma_yaw", nothing))
 
     def message(self, row: int, *, seq: int, stamp_ns: int) -> BlockPose:
-        """The message of one row."""
+        """Returns the message of one row."""
         if not self.found[row]:
             return BlockPose(stamp_ns=stamp_ns, seq=seq, reason="no pose in the source")
         (x, y), (qw, qx, qy, qz) = self.place_m[row].tolist(), self._quaternion[row].tolist()
@@ -55,7 +55,7 @@ class Poses:
 
 
 def block_of(table: Tracks, runs: tuple[Run, ...], corners: Corners | None = None) -> Poses:
-    """The block's track; `corners` are those that its poses come from.
+    """Returns the block's track; `corners` are those that its poses come from.
 
     Raises:
         UserError: if the table has none, or a run lost the block throughout.

@@ -67,14 +67,14 @@ class Camera:
     file: str = ""
 
     def ideal(self, corners_px: Array) -> Array:
-        """`corners_px` (n, 4, 2), px, as the same camera without its lens's distortion would see them."""
+        """Returns `corners_px` (n, 4, 2), px, as the same camera without its lens's distortion would see them."""
         lens = self.camera
         intrinsics = (lens.fx, 0.0, lens.cx, 0.0, lens.fy, lens.cy, 0.0, 0.0, 1.0)
         flat = undistort(corners_px.reshape(-1, 2), intrinsics=intrinsics, distortion=lens.distortion)
         return flat.reshape(corners_px.shape)
 
     def rig_toml(self) -> str:
-        """The tables of a rig file with what is known of camera and mark."""
+        """Returns the tables of a rig file with what is known of camera and mark."""
         lens, mark = self.camera, self.mark
         return (
             f"\n[camera]\nwidth_px = {lens.width_px}\nheight_px = {lens.height_px}\n"
@@ -83,7 +83,7 @@ class Camera:
         )
 
     def geometry(self, corners_px: Array) -> CameraGeometry:
-        """The geometry that turns ideal pixels into places; the scale is that in the middle of the corners.
+        """Returns the geometry that turns ideal pixels into places; the scale is that in the middle of the corners.
 
         The corners are ideal ones, `corners_px` (n, 4, 2), px, nan where the mark was lost.
 
@@ -120,7 +120,7 @@ class Camera:
 
 
 def camera_beside(table: Path) -> Camera:
-    """The camera in the TOML file of the table's name.
+    """Returns the camera in the TOML file of the table's name.
 
     Raises:
         UserError: if there is none, or it says something impossible.

@@ -43,7 +43,7 @@ class Corners:
     geometry: CameraGeometry
 
     def message(self, row: int, *, seq: int, stamp_ns: int) -> MarkerCorners:
-        """The message of one row."""
+        """Returns the message of one row."""
         corner_px = self.corner_px[row]
         if not np.isfinite(corner_px).all():
             return MarkerCorners(capture_ns=stamp_ns, seq=seq, reason="no corners in the source")
@@ -59,7 +59,7 @@ class Corners:
 
 
 def with_corners(table: Tracks) -> tuple[Tracks, Corners | None]:
-    """The table with the poses that its corners show, and the corners; a table without any as it is.
+    """Returns the table with the poses that its corners show, and the corners; a table without any as it is.
 
     Raises:
         UserError: for a table with places, too, or without some corners, and without a camera that saw such a mark.
@@ -92,7 +92,7 @@ def _seen(seen_px: Array, camera: Camera, table: Tracks) -> Corners:
 
 
 def _poses(corners: Corners, table: Tracks) -> Array:
-    """The block's x, y (m) and yaw (rad), unwrapped within each run, (3, n); nan where the mark was lost."""
+    """Returns the block's x, y (m) and yaw (rad), unwrapped within each run, (3, n); nan where the mark was lost."""
     found = np.full((len(corners.corner_px), 3), np.nan)
     known = np.isfinite(corners.corner_px).all(axis=(1, 2))
     for row in np.flatnonzero(known).tolist():
@@ -118,9 +118,11 @@ def _refuse_another_mark(ideal_px: Array, geometry: CameraGeometry, source: str)
 
 
 def noise_px(corner_px: Array, run: Array) -> float:
-    """One corner's standard deviation, px, by the third differences of consecutive frames of one run.
+    """Returns one corner's standard deviation, px, by the third differences of consecutive frames of one run.
 
-    `corner_px` (n, 4, 2), px, are nan where the mark was lost; `run` (n,) is the number of each frame's run.
+    Args:
+        corner_px: (n, 4, 2) the corners, px; nan where the mark was lost.
+        run: (n,) the number of each frame's run.
     """
     count = len(corner_px) - len(STEPS) + 1
     steps = np.sum([weight * corner_px[index : count + index] for index, weight in enumerate(STEPS)], axis=0)

@@ -19,7 +19,7 @@ GRANTED = {
 
 
 def lacking(table: Tracks, *, one_clock: bool, fixed: int, runs: int) -> tuple[str, ...]:
-    """One line for each column that is not there; `fixed` of the runs have a plate that does not turn."""
+    """Returns one line for each column that is not there; `fixed` of the runs have a plate that does not turn."""
     missing = [f"No {names_of(name)[0]}: {granted}." for name, granted in GRANTED.items() if not _has(table, name)]
     if fixed:
         missing.append(

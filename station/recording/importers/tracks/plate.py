@@ -14,7 +14,7 @@ from station.recording.importers.tracks.units import PLATE
 
 
 def attitude(table: Tracks) -> Array:
-    """The plate's unit quaternions (n, 4), world_from_plate, real part first.
+    """Returns the plate's unit quaternions (n, 4), world_from_plate, real part first.
 
     Raises:
         UserError: without an attitude, with a tilt that has no azimuth, or with rows that have none.
@@ -49,7 +49,7 @@ def _of_quaternions(table: Tracks) -> Array:
 
 
 def _known(table: Tracks, quantity: str) -> Array:
-    """The values (n,); one that is told once in a run holds throughout it, as of a plate that does not turn."""
+    """Returns the values (n,); one that is told once in a run holds throughout it, as of a plate that does not turn."""
     values, run = table.numbers[quantity].copy(), table.numbers["run"]
     for one in np.unique(run[np.isnan(values)]):
         own = run == one
@@ -63,14 +63,14 @@ def _known(table: Tracks, quantity: str) -> Array:
 
 
 def tilt_of(quaternion: Array) -> Array:
-    """The tilts (n,), rad, of unit quaternions `quaternion` (n, 4), world_from_plate, real part first."""
+    """Returns the tilts (n,), rad, of unit quaternions `quaternion` (n, 4), world_from_plate, real part first."""
     return 2.0 * np.arcsin(np.minimum(1.0, np.hypot(quaternion[:, 1], quaternion[:, 2])))
 
 
 def downhill_of(quaternion: Array) -> Array:
-    """The directions (n, 2) of the steepest descent in the plate; (0, 0) on a level plate.
+    """Returns the directions (n, 2) of the steepest descent in the plate; (0, 0) on a level plate.
 
-    `quaternion` (n, 4): unit quaternions, world_from_plate, real part first.
+    `quaternion` (n, 4) has unit quaternions, world_from_plate, real part first.
     """
     w, x, y, z = quaternion.T
     down = np.column_stack([w * y - x * z, -y * z - w * x])
@@ -79,5 +79,5 @@ def downhill_of(quaternion: Array) -> Array:
 
 
 def azimuth_of(downhill: Array) -> float:
-    """The azimuth of the tilt's axis, rad, for the direction `downhill` (2,) of the steepest descent in the plate."""
+    """Gives the azimuth of the tilt's axis, rad, for the direction `downhill` (2,) of steepest descent in the plate."""
     return math.atan2(float(downhill[0]), -float(downhill[1]))

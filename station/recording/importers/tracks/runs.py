@@ -47,12 +47,12 @@ class Run:
     time_ns: Times
 
     def rest_of(self, first: int) -> Run:
-        """The run from its row `first` on."""
+        """Returns the run from its row `first` on."""
         return replace(self, rows=self.rows[first:], time_ns=self.time_ns[first:])
 
 
 def runs_of(table: Tracks) -> tuple[Run, ...]:
-    """The runs in order of their beginning.
+    """Returns the runs in order of their beginning.
 
     Raises:
         UserError: for a run that has no whole number, too few rows, times that do not rise, or another rate.
@@ -76,7 +76,7 @@ def runs_of(table: Tracks) -> tuple[Run, ...]:
 
 
 def has_one_clock(table: Tracks, runs: tuple[Run, ...]) -> bool:
-    """True if the runs follow each other on one clock, so that the time between them is known."""
+    """Returns true if the runs follow each other on one clock, so that the time between them is known."""
     return _follow([table.numbers["t"][run.rows] for run in runs])
 
 
@@ -131,7 +131,7 @@ def _follow(times: list[Array]) -> bool:
 
 
 def _slot_s(t: Array, rows: list[NDArray[np.int64]]) -> float:
-    """The time between the beginnings of the runs' own clocks, s; 0 if they have one clock."""
+    """Returns the time between the beginnings of the runs' own clocks, s; 0 if they have one clock."""
     if _follow([t[own] for own in rows]):
         return 0.0
     longest = float(t.max())
@@ -147,7 +147,7 @@ def _stamps(seconds: Array) -> Times:
 
 
 def each(table: Tracks, quantity: str, runs: tuple[Run, ...]) -> Iterator[float]:
-    """A quantity's value in each run; nan where it has none.
+    """Yields a quantity's value in each run; nan where it has none.
 
     Raises:
         UserError: if it changes within a run.

@@ -70,7 +70,7 @@ class Motion:
 
 
 def slip_of(run: Motion, *, onset: Traced | None) -> Slip:
-    """The slip of a run whose plate tilts."""
+    """Returns the slip of a run whose plate tilts."""
     tilt, seen = tilt_of(run.plate), np.flatnonzero(run.found)
     tilted = np.abs(tilt - tilt[0]) > BEGINS_RAD
     begin = max(int(np.argmax(tilted)) - 1, 0)
@@ -95,7 +95,7 @@ def slip_of(run: Motion, *, onset: Traced | None) -> Slip:
 
 
 def released(run: Motion) -> int:
-    """The frame from which a block has visibly slid on a tilted plate that does not turn; 0 if there is none.
+    """Returns the frame from which a block has visibly slid on a tilted plate that does not turn; 0 if there is none.
 
     A hand or a gate may have held it before.
     """
@@ -106,14 +106,14 @@ def released(run: Motion) -> int:
 
 
 def held(run: Motion) -> Slip | None:
-    """The bound on friction by a block that held on a tilted plate at rest; None if it slides, or lies level."""
+    """Gives the bound on friction by a block that held on a tilted plate at rest; None if it slides, or lies level."""
     if _steepest_rad(run) <= TURNS_RAD or (_away_m(run) > MOVED_M).any():
         return None
     return Slip(tilt_ns=int(run.time_ns[0]), angle_rad=_steepest_rad(run), frame=0)
 
 
 def _away_m(run: Motion) -> Array:
-    """The distances (m,) of the block from where it was first seen, in the frames that found it."""
+    """Returns the distances (m,) of the block from where it was first seen, in the frames that found it."""
     seen = run.place_m[run.found]
     return np.hypot(*(seen - seen[0]).T)
 
@@ -123,7 +123,7 @@ def _steepest_rad(run: Motion) -> float:
 
 
 def _fitted(run: Motion, moved: Slip, frames: NDArray[np.int64], rest: Array, onset: Traced) -> Slip:
-    """The slip fitted to the path up to the last of `frames`, its detection; `moved` if it cannot be."""
+    """Returns the slip fitted to the path up to the last of `frames`, its detection; `moved` if it cannot be."""
     detected = int(frames[-1])
     first = int(np.searchsorted(run.time_ns, max(moved.tilt_ns, moved.detect_ns - FITTED_NS)))
     own, down = frames[frames >= first], downhill_of(run.plate)[detected]

@@ -34,12 +34,12 @@ class Tracks:
         return quantity in self.numbers
 
     def has(self, *quantities: str) -> bool:
-        """True if it has all of these."""
+        """Returns true if it has all of these."""
         return all(quantity in self.numbers for quantity in quantities)
 
 
 def read_table(path: Path) -> Tracks:
-    """The table in a file.
+    """Reads the table in a file.
 
     Raises:
         UserError: if it is missing, no table, has no run, no time or an unknown column, or a cell that is no number.

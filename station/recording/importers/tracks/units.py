@@ -65,7 +65,7 @@ class Column:
 
 
 def columns_of(names: Sequence[str], source: str) -> dict[str, Column]:
-    """The columns by their quantities.
+    """Returns the columns by their quantities.
 
     Raises:
         UserError: for columns that nothing reads, or a quantity that comes twice.
@@ -103,7 +103,7 @@ def _column(name: str) -> Column | None:
 
 
 def _proposal(name: str) -> str:
-    """The nearest name that is read; of a known quantity in an unknown unit, those of all its units."""
+    """Returns the nearest name that is read; of a known quantity in an unknown unit, those of all its units."""
     for quantity, units in QUANTITIES.items():
         if any(units) and (name == quantity or name.startswith(f"{quantity}_")):
             return f"convert it and call it {' or '.join(f'{quantity}_{unit}' for unit in units)}"
@@ -115,5 +115,5 @@ def _proposal(name: str) -> str:
 
 
 def names_of(quantity: str) -> tuple[str, ...]:
-    """The names of a quantity's column, the one in SI units first."""
+    """Returns the names of a quantity's column, the one in SI units first."""
     return tuple(f"{quantity}_{unit}" if unit else quantity for unit in QUANTITIES[quantity] or ("",))

@@ -12,7 +12,7 @@ PAIRS = Path(__file__).parent
 
 
 def pair_names() -> tuple[str, ...]:
-    """The names of the pairs that come with the package."""
+    """Returns the names of the pairs that come with the package."""
     return tuple(sorted(entry.stem for entry in PAIRS.glob("*.toml")))
 
 
