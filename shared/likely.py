@@ -49,7 +49,7 @@ class MarkSize:
 
     @property
     def outline_mm(self) -> Range:
-        """Both sides with the rim, as `outline_mm` of the tracker has them."""
+        """The outer sides, rim included, as `outline_mm` of the tracker has them."""
         rim_mm = 2.0 * self.margin * self.sides_mm[0]
         return self.sides_mm[0] + rim_mm, self.sides_mm[1] + rim_mm
 

@@ -26,7 +26,7 @@ _HANDED_ON = ("Content-Type", "Content-Encoding", "rerun-final-length")
 
 
 def policy(data_port: int) -> str:
-    """Returns the policy of the viewer's page, which reads its data from a port of this computer and nothing from elsewhere."""
+    """Returns the policy of the viewer's page, which reads its data from a port of this computer, and nothing else."""
     return (
         "default-src 'none'; script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval'; style-src 'self' 'unsafe-inline'; "
         f"connect-src 'self' http://{LOOPBACK}:{data_port}; img-src 'self' data: blob:; font-src 'self' data:; "

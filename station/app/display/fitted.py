@@ -59,7 +59,7 @@ def _more(missing: int) -> Text:
 
 
 def fitting(drawn: Sequence[tuple[int, Rows]], *, room: int) -> Rows:
-    """Returns the rows that `room` has, of parts by rank, in their order; where any is missing, one row less, for saying so."""
+    """Returns the rows that have room, in their order; one row less where a part is left out, to say so."""
     for least in (_GAP, _GAP - 1):
         wanted = [rows for rank, rows in drawn if rank <= least]
         if sum(map(len, wanted)) <= room:

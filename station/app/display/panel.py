@@ -86,7 +86,7 @@ def _named(name: Text, value: RenderableType) -> RenderableType:
 def _log(lines: Sequence[str]) -> list[Part]:
     """Returns the newest lines, broken between words, in as many rows as lines are kept.
 
-    Only the newest is whole, however long it is. A remedy stands at the end of its sentence, and a low terminal has no further rows.
+    Only the newest is whole, however long it is: a remedy stands at the end of its sentence.
     """
     rows, parts = 0, list[Part]()
     for line in reversed(lines):
