@@ -11,7 +11,8 @@ from typing import Literal
 
 from shared.config import Table, load_table, parse
 from shared.errors import UserError
-from shared.likely import sides_meant, unlikely, unlikely_view
+from shared.likely import MarkSize, sides_meant, unlikely, unlikely_view
+from shared.likely_lengths import unlikely_lengths
 from shared.notify import NAME as NOTIFY
 from shared.notify import NotifyConfig, without_notify
 
@@ -191,7 +192,7 @@ def _slips(rig: RigConfig) -> Iterator[str]:
         mass_kg=rig.block.mass_kg,
         plate_m=rig.plate.side_m,
         opening_m=rig.plate.opening_m,
-        mark_mm=(rig.mark.side_mm, rig.mark.side_mm * rig.mark.aspect),
+        mark=MarkSize((rig.mark.side_mm, rig.mark.side_mm * rig.mark.aspect), rig.mark.margin),
     )
     yield from unlikely_view(
         px_per_mm=rig.camera.px_per_mm,
@@ -211,7 +212,7 @@ def load_rig(path: Path) -> RigConfig:
     _require_three_sides(table.child("block"))
     notify = parse(NotifyConfig, table.child(NOTIFY))
     rig = replace(rig_of_table(table), notify=notify, text=without_notify(table))
-    for sentence in _slips(rig):
+    for sentence in (*_slips(rig), *unlikely_lengths(table.values)):
         raise UserError(f"{path}: {sentence}")
     if not rig.bus.insecure and (reached := rig.bus.open_to_network()):
         raise UserError(

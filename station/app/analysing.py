@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from shared.errors import UserError
+from shared.notes import note_line
 from station.app.sessions import require_different
 from station.friction.conclusions import conclusions
 from station.friction.filters import CUTOUT_M, Opening
@@ -41,7 +42,7 @@ def has_findings(results: Sequence[PairResult]) -> bool:
 
 def in_words(results: Sequence[PairResult], sessions: Sequence[Session]) -> Iterator[RenderableType]:
     """Yields tables and conclusions, as the terminal shows them; notes and sessions without samples come first."""
-    yield from (Text(f"Note: {note}") for note in notes_of(sessions))
+    yield from (Text(note_line(note)) for note in notes_of(sessions))
     for session in sessions:
         if not session.samples:
             yield Text(f"{session.source} holds no samples: no run of that session came to its end.")

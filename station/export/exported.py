@@ -90,7 +90,7 @@ def number(value: float) -> str:
 
 
 def _count(pair: MeasuredPair) -> str:
-    return counted(pair.samples) if pair.samples else "number of slides not stated"
+    return counted(pair.samples) if pair.samples else "number of samples not stated"
 
 
 def _interval(ends: tuple[float, float]) -> str:

@@ -47,7 +47,7 @@ def _mean(pair: Pair, *, side_m: float, mass_kg: float, reason: str) -> Measured
         samples=summary.samples,
         side_m=side_m,
         mass_kg=mass_kg,
-        remarks=(f"{reason} The mean of the slides stands for all directions.",),
+        remarks=(f"{reason} The mean of the samples stands for all directions.",),
     )
 
 

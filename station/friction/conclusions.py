@@ -44,7 +44,7 @@ def conclusions(result: PairResult) -> tuple[Note, ...]:
 def _nothing_slid(result: PairResult) -> Note:
     steepest = math.degrees(float(result.pair.slides.tilt_rad.max()))
     return Note(
-        f"No run ended with a slide: the friction angle is above the tilts that were reached (up to {steepest:.1f}°), "
+        f"All samples are censored: no block slid up to {steepest:.1f}°, so the friction angle is above that, "
         "and nothing more can be said.",
         finding=True,
     )
@@ -54,7 +54,8 @@ def _all_filtered(result: PairResult) -> Note:
     counts = result.counts
     worst = max(counts.by_filter, key=lambda name: counts.by_filter[name])
     return Note(
-        f"{'The only slide was' if counts.samples == 1 else f'All {counts.samples} slides were'} filtered, most by the "
+        f"{'The only sample' if counts.samples == 1 else f'All {counts.samples} samples'} that slid "
+        f"{'was' if counts.samples == 1 else 'were'} filtered, most by the "
         f"{worst} filter ({counts.by_filter[worst]}): there is "
         "no angle of repose to report; look at Fig. 6 for what the filter saw.",
         finding=True,
@@ -65,12 +66,12 @@ def _mean(result: PairResult) -> Note:
     summary = result.summary
     if summary.samples == 1:
         return Note(
-            f"One slide is left, at {math.degrees(summary.theta_rad):.2f}°: its scatter cannot be told.", finding=True
+            f"One sample is kept, at {math.degrees(summary.theta_rad):.2f}°: its scatter cannot be told.", finding=True
         )
     mean, error = math.degrees(summary.theta_rad), math.degrees(summary.standard_error_rad)
     return Note(
         f"Angle of repose {mean:.2f} ± {error:.2f}° (mean and its standard error "
-        f"of {summary.samples} slides), scatter {percent(summary.scatter)} from run to run, µ = {summary.mu:.3f}."
+        f"of {summary.samples} kept samples), scatter {percent(summary.scatter)} from run to run, µ = {summary.mu:.3f}."
     )
 
 
@@ -143,7 +144,7 @@ def _few(result: PairResult) -> list[Note]:
     unsure = 1 / math.sqrt(2 * (number - 1))
     return [
         Note(
-            f"Fewer than {LEAST_SAMPLES} slides are left ({number}): the scatter is known only to ± "
+            f"Fewer than {LEAST_SAMPLES} samples are kept ({number}): the scatter is known only to ± "
             f"{percent(unsure, 0)}, and the filters of three standard deviations hardly find anything.",
             finding=True,
         )
@@ -157,8 +158,8 @@ def _censored(result: PairResult) -> list[Note]:
     total = counts.samples + counts.censored
     return [
         Note(
-            f"{counts.censored} of {total} runs ended without a slide ({percent(counts.censored / total)}); they are "
-            "kept apart, and as each would have taken more than the tilt it reached, the mean above is too low."
+            f"{counts.censored} of {total} samples ({percent(counts.censored / total)}) are censored: those runs ended "
+            "without a slide. As each would have taken more than the tilt it reached, the mean above is too low."
         )
     ]
 
@@ -224,7 +225,7 @@ def _unresolved(result: PairResult) -> list[Note]:
         return []
     return [
         Note(
-            f"For {number} of the kept slides no onset could be fitted; they have the threshold rule's angle, which "
+            f"For {number} of the kept samples no onset could be fitted; they have the threshold rule's angle, which "
             "reads late."
         )
     ]

@@ -8,6 +8,7 @@ from html import escape
 
 import numpy as np
 
+from shared.notes import note_line
 from station.friction.conclusions import Note, conclusions
 from station.friction.figures import FigureKind
 from station.friction.pairs import Pair
@@ -21,9 +22,9 @@ from station.pages.page import whole_page
 
 _STYLE = "th, td { text-align: right; white-space: nowrap; } th:first-child, td:first-child { text-align: left; }"
 _TERMS = (
-    "θ is the angle of repose along the slide, |arcsin s_z| with s = R(t, α) s′; µ = tan θ. Runs that ended without a "
-    "slide are in no mean. Flagged samples are left out of the means and stay in samples.csv with the names of their "
-    "filters."
+    "θ is the angle of repose along the slide, |arcsin s_z| with s = R(t, α) s′; µ = tan θ. Censored samples, of "
+    "runs that ended without a slide, are in no mean. Flagged samples are left out of the means and stay in "
+    "samples.csv with the names of their filters."
 )
 _CLASS = {True: "finding", False: "said"}
 
@@ -51,7 +52,7 @@ def html_report(
     samples = sum(len(result.pair.samples) for result in results)
     files = f"{len(sources)} files" if len(sources) > 1 else "1 file"
     lead = f"{samples} samples of {len(results)} surface pair{'s' * (len(results) > 1)} from {files}: "
-    parts = [pieces.paragraph(f"Note: {note}.") for note in notes]
+    parts = [pieces.paragraph(note_line(note)) for note in notes]
     parts += [html_table(table) for table in first]
     parts += [html_conclusions(result.pair.name, conclusions(result)) for result in results]
     parts += [html_table(table) for table in tables(results)]
@@ -83,9 +84,9 @@ def html_figure(pair: Pair, picture: Picture) -> str:
 
 
 def caption_of(kind: FigureKind, pair: Pair) -> Caption:
-    """Returns the caption of a pair's figure, with the number of its slides."""
-    slides = int(np.count_nonzero(pair.flags.slid))
+    """Returns the caption of a pair's figure, with the number of its samples."""
+    slid = int(np.count_nonzero(pair.flags.slid))
     kept = int(np.count_nonzero(pair.flags.kept))
     return Caption(
-        shows=kind.caption, count=f"{counted(slides)}, of which {kept} passed the filters", interval=kind.interval
+        shows=kind.caption, count=f"{counted(slid)} that slid, of which {kept} were kept", interval=kind.interval
     )

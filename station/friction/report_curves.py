@@ -36,7 +36,7 @@ def _curves_table(fits: Sequence[tuple[str, LimitCurveFit]]) -> ReportTable:
             "pair, frame",
             "curve",
             "n",
-            "no slide",
+            "censored",
             "µ mean",
             "µ1",
             "µ2",
@@ -47,7 +47,7 @@ def _curves_table(fits: Sequence[tuple[str, LimitCurveFit]]) -> ReportTable:
         ),
         rows=tuple(rows),
         note=(
-            "The curves are fitted by maximum likelihood to onset and slide together, and runs without a slide count, "
+            "The curves are fitted by maximum likelihood to onset and slide together, and censored samples count, "
             "too. µ mean is the geometric mean over all directions in the middle of the session; µ1 is along the axis "
             "and µ2 across it, both of the nearest ellipse. One-way is the ratio of friction forwards over backwards, "
             "which is highest towards the angle beside it. Scatter is that of ln µ from run to run, of Student's t its "

@@ -34,10 +34,10 @@ def _filter_table(results: Sequence[PairResult]) -> ReportTable:
         )
     return ReportTable(
         title="Filtered samples (the paper's Table III)",
-        columns=("pair", "slides", "unique", "%", "total", *FILTERS, "no slide"),
+        columns=("pair", "slid", "unique", "%", "total", *FILTERS, "censored"),
         rows=tuple(rows),
-        note="Unique counts the slides that any filter flagged, and total counts the flags. A dash stands where a "
-        "filter could not judge anything.",
+        note="Slid counts the samples whose block slid, which the filters judge, unique those that any filter flagged, "
+        "and total the flags. A dash stands where a filter could not judge anything.",
     )
 
 
@@ -81,14 +81,14 @@ def _alternatives_table(results: Sequence[PairResult]) -> ReportTable:
         title="Robust alternatives (flagged beside the paper's filters; the results do not use them)",
         columns=("pair", "angle MAD", "circumf. MAD", "multivariate", "leaning", "only robust", "only paper"),
         rows=tuple(rows),
-        note="Leaning counts the slides whose block touched the foam before it slid. Only robust counts the slides "
+        note="Leaning counts the samples whose block touched the foam before it slid. Only robust counts those "
         "that the first three flagged and no filter of the paper did, and only paper those of which the reverse holds.",
     )
 
 
 def _pairs_table(results: Sequence[PairResult]) -> ReportTable:
     return ReportTable(
-        title="Results by surface pair (kept slides)",
+        title="Results by surface pair (kept samples)",
         columns=("pair", *_SUMMARY),
         rows=tuple((result.pair.name, *_summary_row(result.summary)) for result in results),
     )
@@ -96,7 +96,7 @@ def _pairs_table(results: Sequence[PairResult]) -> ReportTable:
 
 def _directions_table(results: Sequence[PairResult]) -> ReportTable:
     return ReportTable(
-        title="Results by tilting direction (kept slides)",
+        title="Results by tilting direction (kept samples)",
         columns=("pair, direction", *_SUMMARY),
         rows=tuple(
             (f"{result.pair.name}, {'free' if direction < 0 else direction}", *_summary_row(summary))

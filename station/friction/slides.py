@@ -30,8 +30,8 @@ _LEAST_SLIDE_PX = 1e-6
 
 
 def counted(number: int) -> str:
-    """Returns a number of slides in words: "1 slide", "2 slides"."""
-    return f"{number} slide" if number == 1 else f"{number} slides"
+    """Returns a number of samples in words: "1 sample", "2 samples"."""
+    return f"{number} sample" if number == 1 else f"{number} samples"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -14,8 +14,8 @@ from shared.messages import Sample
 class DirectionSummary:
     """The runs of one direction (−1: free azimuth).
 
-    `mean_rad` and `sd_rad` (n − 1 in the denominator) are over the kept runs only: neither flagged nor censored. They
-    are NaN without enough runs. Leaving censored runs out biases the mean downwards, hence their count.
+    `mean_rad` and `sd_rad` (n − 1 in the denominator) are over the kept samples only: neither flagged nor censored.
+    They are NaN without enough of them. Leaving censored runs out biases the mean downwards, hence their count.
     """
 
     direction: int

@@ -137,7 +137,7 @@ class SamplesPart:
             f"| {_direction(number)} | {spread.count} | {spread.text()} |\n"
             for number, spread in sorted(self._directions.items())
         )
-        summary = f"\n\n| direction | slips | mean ± sd |\n|---:|---:|---:|\n{means}" if means else ""
+        summary = f"\n\n| direction | kept samples | mean ± sd |\n|---:|---:|---:|\n{means}" if means else ""
         self._canvas.log(entities.SAMPLES, rr.TextDocument(table + summary, media_type=rr.MediaType.MARKDOWN))
 
 

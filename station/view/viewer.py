@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from rerun.experimental import ViewerClient
 
 LOOPBACK = "127.0.0.1"
+_DISCARD = 9
+"""The port on which nothing is answered (RFC 863), if anybody listens there at all."""
 _DRIVERS = Path("/usr/share/vulkan/icd.d")
 _START_S, _LOAD_S, _SETTLE_S = 60.0, 60.0, 1.0
 _PICTURE_TRIES = 6
@@ -31,6 +33,17 @@ _PICTURE_TRIES = 6
 _BAR_PX = 37
 """The height of the window's own bar: a menu, and warnings about the graphics driver of a machine without a display
 (`pytest tests/unit/view/test_viewer.py -k own_bar`)."""
+
+
+def kept_here() -> dict[str, str]:
+    """Returns the environment in which the viewer's program reaches nobody but this computer.
+
+    It sends usage figures by whatever HTTPS_PROXY names (`tests/system/test_viewer_page.py` hears it), and has no
+    other switch than one that is the user's to set, `rerun analytics disable`.
+    """
+    nobody, own = f"http://{LOOPBACK}:{_DISCARD}", f"{LOOPBACK},localhost"
+    proxies = dict.fromkeys(("HTTPS_PROXY", "HTTP_PROXY", "ALL_PROXY"), nobody) | {"NO_PROXY": own}
+    return {**os.environ, **proxies, **{name.lower(): value for name, value in proxies.items()}}
 
 
 def can_draw_headless() -> bool:
@@ -97,7 +110,7 @@ def headless(*, size: tuple[int, int] = (1600, 1000)) -> Generator[ViewerClient]
             "on Debian or Ubuntu, run: apt-get install mesa-vulkan-drivers"
         )
     port = free_port()
-    environment = {"VK_ICD_FILENAMES": _software_renderer(), "RUST_LOG": "error", **os.environ}
+    environment = {"VK_ICD_FILENAMES": _software_renderer(), "RUST_LOG": "error", **kept_here()}
     words = [binary(), "--headless", "--renderer", "vulkan", "--bind", LOOPBACK, "--port", str(port)]
     words += ["--window-size", f"{size[0]}x{size[1]}"]
     process = start(words, quiet=True, env=environment)

@@ -8,11 +8,13 @@ import time
 import urllib.error
 import urllib.parse
 import urllib.request
+from dataclasses import dataclass
 from pathlib import Path
 
 from shared.errors import UserError
-from shared.system.processes import start
-from station.view.viewer import LOOPBACK, binary, free_port
+from shared.system.processes import ask_to_end, start
+from station.view.relay import Relay
+from station.view.viewer import LOOPBACK, binary, free_port, kept_here
 
 _START_S = 300.0
 """A viewer that lives may take so long to begin: a busy machine takes minutes. One that has ended is not waited for."""
@@ -21,8 +23,23 @@ _OTHER_SITE = "localhost"
 process of its own, and the page's Stop answers while the viewer is busy drawing."""
 
 
-def serve_file(path: Path) -> tuple[subprocess.Popen[bytes], str]:
-    """Serves an .rrd file; gives the process, to be ended by the caller, and the address of the page.
+@dataclass(frozen=True)
+class Served:
+    """A viewer's page at `url`, which the caller ends."""
+
+    url: str
+    process: subprocess.Popen[bytes]
+    relay: Relay
+
+    def end(self) -> None:
+        """Ends the page and the program behind it."""
+        self.relay.close()
+        if self.process.poll() is None:
+            ask_to_end(self.process)
+
+
+def serve_file(path: Path) -> Served:
+    """Serves an .rrd file.
 
     Raises:
         UserError: if the viewer is not installed or does not start.
@@ -31,7 +48,7 @@ def serve_file(path: Path) -> tuple[subprocess.Popen[bytes], str]:
     return _serve([str(path), "--port", str(port)], port)
 
 
-def serve_stream(streaming: subprocess.Popen[bytes], port: int) -> tuple[subprocess.Popen[bytes], str]:
+def serve_stream(streaming: subprocess.Popen[bytes], port: int) -> Served:
     """Serves the viewer of what another process streams at a port of the loopback address, once it does.
 
     A page that asks before that is refused, does not ask again, and shows the viewer's own welcome for good.
@@ -44,13 +61,14 @@ def serve_stream(streaming: subprocess.Popen[bytes], port: int) -> tuple[subproc
     return _serve([f"rerun+http://{LOOPBACK}:{port}/proxy"], port)
 
 
-def _serve(source: list[str], port: int) -> tuple[subprocess.Popen[bytes], str]:
+def _serve(source: list[str], port: int) -> Served:
     at = free_port()
     words = [binary(), "--serve-web", "--bind", LOOPBACK, "--web-viewer-port", str(at), *source]
-    process = start(words, quiet=True)
+    process = start(words, quiet=True, env=kept_here())
     _await(process, f"http://{LOOPBACK}:{at}/")
     query = urllib.parse.urlencode({"url": f"rerun+http://{LOOPBACK}:{port}/proxy"})
-    return process, f"http://{_OTHER_SITE}:{at}/?{query}"
+    relay = Relay(at, data_port=port)
+    return Served(f"http://{_OTHER_SITE}:{relay.server_port}/?{query}", process, relay)
 
 
 def _await(process: subprocess.Popen[bytes], url: str) -> None:

@@ -65,7 +65,7 @@ def test_two_files_become_pairs_with_tables_figures_and_a_report_in_one_file(
     out = tmp_path / "out"
     assert main(["analyze", str(first), str(second), "--out", str(out)]) == 0
     printed = capsys.readouterr().out
-    # Table III: pair, slides, unique, %, total, distance, angle, circumference, border, no slide.
+    # Table III: pair, slid, unique, %, total, distance, angle, circumference, border, censored.
     row = next(line for line in printed.splitlines() if line.startswith("│ cube on wood ") and "2.4 %" in line)
     assert re.findall(r"[\d.]+(?: %)?", row) == ["82", "2", "2.4 %", "2", "2", "0", "0", "0", "1"]
     assert "Friction depends on the sliding direction against the object" in printed.split("wood on wood\n")[-1]
@@ -132,7 +132,7 @@ def test_what_cannot_be_concluded_is_said_and_ends_with_one(
     path = table([replace(one, object="<b>&") for one in session(10, rng=np.random.default_rng(4))], tmp_path / "t.csv")
     assert main(["analyze", str(path), "--out", str(tmp_path / "out")]) == 1
     printed = " ".join(capsys.readouterr().out.split())
-    assert "! Fewer than 25 slides are left (10)" in printed
+    assert "! Fewer than 25 samples are kept (10)" in printed
     assert "! There is no calibration" in printed
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "<b>&" not in page

@@ -106,7 +106,7 @@ def test_a_planted_ellipse_goes_through_samples_and_file_into_mujoco(tmp_path: P
 def test_too_few_slides_give_their_mean_and_say_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     path = table(planted(12), tmp_path / "t.csv")
     assert main(["export", str(path), "--format", "mujoco,json", "--out", str(tmp_path)]) == 0
-    sentence = "The mean of the slides stands for all directions."
+    sentence = "The mean of the samples stands for all directions."
     assert sentence in capsys.readouterr().out
     found = read_pairs(tmp_path / "friction_pairs.json").pairs[0]
     assert found.isotropic
@@ -157,7 +157,7 @@ def test_a_pair_without_a_slide_is_named_and_ends_with_one(tmp_path: Path, capsy
     stuck = [replace(one, censored=True) for one in planted(3, object="rubber")]
     path = table([*planted(12), *stuck], tmp_path / "t.csv")
     assert main(["export", str(path), "--format", "csv", "--out", str(tmp_path / "out")]) == 1
-    assert "rubber on wood has no kept slide" in capsys.readouterr().out
+    assert "rubber on wood has no kept sample" in capsys.readouterr().out
     assert len((tmp_path / "out" / "friction_pairs.csv").read_text("utf-8").splitlines()) == 2
 
 

@@ -28,3 +28,5 @@ def assert_as_on_the_first_page(printed: str) -> None:
     """The first page shows this session: the words are the same, numbers may differ in their last digits."""
     (shown,) = (one.text for one in blocks("text") if one.readme == "README.md" and one.is_diagnosis)
     assert all(without_numbers(part) in without_numbers(printed) for part in shown.split("…")), printed
+    # The page ends as the command does: lines are left out where an ellipsis says so, and nowhere else.
+    assert without_numbers(printed).endswith(without_numbers(shown.split("…")[-1])), printed

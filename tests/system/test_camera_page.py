@@ -28,6 +28,7 @@ camera = "tcp/127.0.0.1:{port}"
 arm = ""
 station = ""
 [mark]
+side_mm = 7.5
 margin = 0.16
 [camera]
 driver = "synthetic"

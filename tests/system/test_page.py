@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from shared.messages import PlatformState
 from tests.patience import PATIENCE_S
 from tests.system import chromium
+from tests.system.elsewhere import elsewhere
 from tests.system.live_rig import FAST, Rig, decided_the_same
 from tests.system.ports import free_port
 from tests.system.processes import end, start
@@ -90,7 +91,6 @@ def test_a_session_on_the_page(rig: Rig, tmp_path: Path) -> None:
             page.wait("document.getElementById('said').innerText.includes('stopped where it is')")
             assert moved_rad(rig, 1.0) < 1e-3
             page.wait("document.getElementById('health').innerText.includes('emergency stop on the page')")
-            page.click("#stop")
             page.wait("document.getElementById('state').innerText.includes('ended with')")
             assert moved_rad(rig, LEVELS_AFTER_S) < 1e-3, "a stopped plate went to level as its session ended"
             page.wait("document.querySelector('#files tr[data-name$=mcap]')")
@@ -115,7 +115,8 @@ def test_a_session_on_the_page(rig: Rig, tmp_path: Path) -> None:
 def test_the_session_is_seen_in_rerun_as_it_runs(rig: Rig, tmp_path: Path) -> None:
     """Rerun's own page draws what the rig does, and Stop answers while it draws."""
     with (
-        chromium.browser(tmp_path / "profile", *chromium.DRAWS_WITHOUT_A_CARD) as page,
+        elsewhere() as internet,
+        chromium.browser(tmp_path / "profile", internet.word, *chromium.DRAWS_WITHOUT_A_CARD) as page,
         served(rig, port=free_port()) as (_, link),
     ):
         page.size(900, 700)
@@ -135,6 +136,7 @@ def test_the_session_is_seen_in_rerun_as_it_runs(rig: Rig, tmp_path: Path) -> No
         while_drawing = list(page.errors)  # the session's end cuts the viewer's stream, which may be told as an error
         page.click("#stop")
         page.wait("!document.getElementById('start').disabled")
+    assert internet.asked == [], "the page works without the internet, and asks nobody there"
     assert not [error for error in while_drawing if "127.0.0.1" in error and "proxy" in error.lower()], while_drawing
 
 

@@ -39,7 +39,7 @@ class Rig:
         self.file = folder / "rig.toml"
         self.file.write_text(
             f'id = "system-{port}"\n[bus]\n'
-            f'camera = "tcp/127.0.0.1:{port}"\narm = ""\nstation = ""\n[mark]\nmargin = 0.16\n'
+            f'camera = "tcp/127.0.0.1:{port}"\narm = ""\nstation = ""\n[mark]\nside_mm = 7.5\nmargin = 0.16\n'
         )
         self.clock = SystemClock()
         self.bus = ZenohBus(f"system-{port}", connect=[f"tcp/127.0.0.1:{port}"], clock=self.clock)

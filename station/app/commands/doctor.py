@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from shared.notes import note_line
 from shared.visible import visible
 from station.app.attached import planted_in_recording
 from station.app.many.checkups import checking, report_json
@@ -66,7 +67,7 @@ def _print(report: Report, broken: tuple[Finding, ...], sha: str, *, notes: tupl
     for line in _lines(report):
         console.print(visible(line), markup=False)
     for note in notes:
-        console.print(f"note    {note}", markup=False)
+        console.print(note_line(note), markup=False)
     if sha:
         console.print(f"digest  {sha}")
     for finding in broken:

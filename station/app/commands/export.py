@@ -22,6 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from shared.errors import UserError
+from shared.notes import note_line
 from shared.visible import visible
 from station.app import exported_model
 from station.app.analysing import notes_of
@@ -85,7 +86,7 @@ def run(options: argparse.Namespace) -> int:
         _tell_shared(pairs)
     for note in notes_of(sessions):
         print()
-        print_sentence(f"Note: {note}")
+        print_sentence(note_line(note))
     return 1 if refused else 0
 
 
@@ -129,7 +130,7 @@ def _measured(paths: Sequence[Path], sessions: Sequence[Session], *, seed: int) 
         if measured := pair_of_slides(pair, rng=rng):
             found.append(measured)
         else:
-            refused.append(f"{pair.name} has no kept slide, so there is no friction to export.")
+            refused.append(f"{pair.name} has no kept sample, so there is no friction to export.")
     return found, refused
 
 

@@ -15,6 +15,7 @@ from rich.console import Console
 
 from shared.errors import UserError
 from shared.messages import Sample
+from shared.notes import note_line
 from shared.visible import visible
 from station.app.attached import planted_in_recording
 from station.app.foam import free_of_foam_m
@@ -74,7 +75,7 @@ def _read(file: Path) -> tuple[tuple[Sample, ...], tuple[str, ...]]:
         return read_samples(file), ()
     reader = open_recording(file)
     samples, malformed = reader.samples(), left_out(reader.malformed)
-    planted = (f"Note: {note}" for note in planted_in_recording(reader))
+    planted = (note_line(note) for note in planted_in_recording(reader))
     return samples, (*((malformed,) if malformed else ()), *planted)
 
 

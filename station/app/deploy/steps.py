@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from shared.errors import UserError
+from shared.notes import note_line
 from shared.rig import RigConfig
 from station.app.deploy import bundle, facts, locks, systems, verify, wheels
 from station.app.deploy.facts import Facts
@@ -140,7 +141,7 @@ class Deployment:
         )
         findings = facts.findings_of(about, rig, system=system, ahead_s=ahead_s, forced=self.wishes.force)
         for finding in findings:
-            say(("Stop: " if finding.stops else "Note: ") + finding.sentence)
+            say(f"Stop: {finding.sentence}" if finding.stops else note_line(finding.sentence))
         stopping = [item for item in findings if item.stops]
         if stopping:
             hint = " (--force goes on all the same)" if all(item.forceable for item in stopping) else ""
@@ -172,7 +173,7 @@ class Deployment:
                     f"Expected the Debian packages {', '.join(missing)} on the target, got none: "
                     f"sudo apt-get install {' '.join(missing)} there, or leave --offline away"
                 )
-            say("Note: the target has no chrony, and none is installed offline; its clock is only measured.")
+            say(note_line("the target has no chrony, and none is installed offline; its clock is only measured"))
             return
         say(f"Installing Debian's {', '.join([*missing, *chrony])} on the target.")
         line = "DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "

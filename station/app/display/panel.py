@@ -5,24 +5,22 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 
-from rich.console import Console, Group, RenderableType
+from rich.console import Console, RenderableType
 from rich.live import Live
-from rich.panel import Panel
-from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
 from shared.bus import Bus
+from station.app.display.barred import Barred
+from station.app.display.fitted import GAP, INNER, Fitted, Part
 from station.app.display.moment import Direction, Health, Moment
 from station.app.display.watched import LINES, Watched
 from station.app.progress import duration_text
 
 REFRESH_HZ = 4
 """Drawings a second: as many as one can read; each takes some 5 ms."""
-_BAR = 40
-_WIDTH = 78
-_FRAME = 4
-"""Columns of the panel's borders and of the room beside them."""
+_NAMES = 11
+"""Columns of the names before the values: "block moved" is the longest."""
 
 
 class PanelDisplay:
@@ -34,7 +32,7 @@ class PanelDisplay:
             console=console,
             get_renderable=lambda: rendered(watched.moment()),
             refresh_per_second=REFRESH_HZ,
-            vertical_overflow="crop",  # a low terminal shows the upper part, and nothing scrolls
+            vertical_overflow="crop",  # nothing scrolls; the panel itself has no more rows than the terminal
             redirect_stdout=False,
             redirect_stderr=False,
         )
@@ -63,34 +61,40 @@ class PanelDisplay:
         """Does nothing: the summary follows."""
 
 
-def rendered(moment: Moment) -> RenderableType:
-    """Returns the panel of a moment: about 16 lines."""
-    now = Table.grid(padding=(0, 2))
-    for name, value in _now(moment):
-        now.add_row(Text(name, style="dim"), value)
-    health = Table.grid(padding=(0, 2))
-    for part in moment.health:
-        health.add_row(*_health(part))
-    parts: list[RenderableType] = [now, Text(), _directions(moment.by_direction), Text(), health]
-    if moment.lines:
-        parts += [Text(), *(Text(row, style="dim") for row in _log(moment.lines))]
-    return Panel(Group(*parts), title=_title(moment), title_align="left", width=_WIDTH)
+# The ranks of the rows where a terminal is low: the smaller, the longer a row stays. The phase stands in the title.
+_FIRST, _HOW_FAR, _NEWEST, _HEALTH, _MEANS, _OLDER = range(6)
 
 
-def _log(lines: Sequence[str]) -> list[str]:
+def rendered(moment: Moment) -> Fitted:
+    """Returns the panel of a moment: about 16 rows, or as many as the terminal has."""
+    now = [Part(rank, _named(Text(name, style="dim"), value)) for rank, name, value in _now(moment)]
+    means = Part(_MEANS, _directions(moment.by_direction))
+    health = [Part(_HEALTH if part.well else _FIRST, _named(*_health(part))) for part in moment.health]
+    log = [GAP, *_log(moment.lines)] if moment.lines else []
+    return Fitted(_title(moment), [*now, GAP, means, GAP, *health, *log])
+
+
+def _named(name: Text, value: RenderableType) -> RenderableType:
+    """Returns a row of a name and a value, the values of all rows below each other."""
+    row = Table.grid(padding=(0, 2))
+    row.add_column(width=_NAMES)
+    row.add_column()
+    row.add_row(name, value)
+    return row
+
+
+def _log(lines: Sequence[str]) -> list[Part]:
     """Returns the newest lines, broken between words, in as many rows as lines are kept.
 
-    Only the newest is whole, however long it is.
-
-    A remedy stands at the end of its sentence, and a low terminal has no further rows.
+    Only the newest is whole, however long it is: a remedy stands at the end of its sentence.
     """
-    rows: list[str] = []
+    rows, parts = 0, list[Part]()
     for line in reversed(lines):
-        broken = textwrap.wrap(line, _WIDTH - _FRAME, break_on_hyphens=False)
-        if rows and len(rows) + len(broken) > LINES:
+        rows += len(textwrap.wrap(line, INNER, break_on_hyphens=False))
+        if parts and rows > LINES:
             break
-        rows = [*broken, *rows]
-    return rows
+        parts = [Part(_OLDER + len(parts) if parts else _NEWEST, Text(line, style="dim")), *parts]
+    return parts
 
 
 def _title(moment: Moment) -> str:
@@ -98,29 +102,27 @@ def _title(moment: Moment) -> str:
     return f"run {moment.run}: {moment.phase}{paused}"
 
 
-def _now(moment: Moment) -> list[tuple[str, RenderableType]]:
-    left = "" if moment.left_s is None else f", about {duration_text(moment.left_s)} left"
-    progress = Table.grid(padding=(0, 1))
-    progress.add_row(
-        ProgressBar(total=max(moment.total, 1), completed=moment.done, width=_BAR // 2),
-        f"{moment.done} of {moment.total} in {duration_text(moment.passed_s)}{left}",
-    )
+def _now(moment: Moment) -> list[tuple[int, str, RenderableType]]:
+    """Returns the rows that change the most: rank, name and value."""
+    tilt = Text("–" if moment.tilt_deg is None else f"{moment.tilt_deg:6.2f}°")
     return [
-        ("direction", Text(_direction(moment.direction, moment.azimuth_deg))),
-        ("tilt", Text("–" if moment.tilt_deg is None else f"{moment.tilt_deg:6.2f}°")),
-        ("block moved", _distance(moment)),
-        ("samples", progress),
+        (_FIRST, "direction", Text(_direction(moment.direction, moment.azimuth_deg))),
+        (_FIRST, "tilt", tilt),
+        (_HOW_FAR, "block moved", _distance(moment)),
+        (_HOW_FAR, "samples", _progress(moment)),
     ]
+
+
+def _progress(moment: Moment) -> RenderableType:
+    left = "" if moment.left_s is None else f", about {duration_text(moment.left_s)} left"
+    words = f"{moment.done} of {moment.total} in {duration_text(moment.passed_s)}{left}"
+    return Barred(max(moment.total, 1), moment.done, words)
 
 
 def _distance(moment: Moment) -> RenderableType:
     if moment.moved_px is None or moment.threshold_px is None:
         return Text("– (no reference)")
-    row = Table.grid(padding=(0, 1))
-    moved, threshold = moment.moved_px, moment.threshold_px
-    bar = ProgressBar(total=threshold, completed=min(moved, threshold), width=_BAR // 2)
-    row.add_row(bar, _distance_text(moment))
-    return row
+    return Barred(moment.threshold_px, moment.moved_px, _distance_text(moment))
 
 
 def _distance_text(moment: Moment) -> str:
@@ -135,15 +137,15 @@ def _distance_text(moment: Moment) -> str:
 
 def _directions(found: tuple[Direction, ...]) -> RenderableType:
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
-    for name in ("direction", "slips", "mean °", "sd °"):
+    for name in ("direction", "kept samples", "mean °", "sd °"):
         table.add_column(name, justify="right")
     for one in found:
         cells = ("–" if value is None else f"{value:.2f}" for value in (one.mean_deg, one.sd_deg))
         table.add_row(_direction(one.direction, one.azimuth_deg), str(one.count), *cells)
-    return table if found else Text("no slips yet", style="dim")
+    return table if found else Text("no kept samples yet", style="dim")
 
 
-def _health(part: Health) -> tuple[RenderableType, RenderableType]:
+def _health(part: Health) -> tuple[Text, Text]:
     sign, style = ("–", "dim") if part.off else ("✓", "green") if part.well else ("!", "bold red")
     return Text(f"{sign} {part.part}", style=style), Text(part.text)
 

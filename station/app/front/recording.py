@@ -13,6 +13,7 @@ from rich.text import Text
 
 from shared.errors import UserError
 from shared.messages import Sample
+from shared.notes import note_line
 from shared.rig import RigConfig
 from station.app.attached import planted_in_recording
 from station.app.foam import free_of_foam_m
@@ -162,7 +163,7 @@ class Recording:
 
     def _notes(self) -> list[str]:
         """Notes on what a simulated rig conceals on purpose."""
-        return [f"Note: {note}" for note in planted_in_recording(self.reader)]
+        return [note_line(note) for note in planted_in_recording(self.reader)]
 
     def _about(self) -> str:
         runs = len(self.every_sample)

@@ -25,7 +25,7 @@ def reading() -> Command:
         name="analyze",
         work=read,
         asked={},
-        shown=Shown(columns=("runs", "kept", "no slip", "flagged", "pairs"), cells=_cells),
+        shown=Shown(columns=("samples", "kept", "censored", "flagged", "pairs"), cells=_cells),
     )
 
 

@@ -51,7 +51,7 @@ def sampling(*, out: Path | None, with_digest: bool) -> Command:
         name="samples",
         work=partial(sampled, dataset=kept, with_digest=with_digest),
         asked=asked,
-        shown=Shown(columns=("rig", "session", "seed", "runs", "kept", "left out"), cells=_cells),
+        shown=Shown(columns=("rig", "session", "seed", "samples", "kept", "left out"), cells=_cells),
     )
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from shared.bus import Bus
 from shared.clock import Clock
+from shared.notes import note_line
 from shared.page.asked import text, unknown, whole_number
 from shared.rig import RigConfig
 from station.app.attached import planted_in
@@ -42,7 +43,9 @@ class Backend:
     def state(self) -> dict[str, Any]:
         """Returns everything that changes all the time."""
         own = {"job": self.jobs.state(), "own": self.sessions.state(), "view": self.viewers.state}
-        return {"rig": self._rig.id, "notes": planted_in(self._rig), **self.follower.state(), **own}
+        notes = planted_in(self._rig)
+        told = {"notes": notes, "note_lines": [note_line(note) for note in notes]}
+        return {"rig": self._rig.id, **told, **self.follower.state(), **own}
 
     def act(self, name: str, asked: Mapping[str, Any]) -> None:
         """Does what a page asks for.

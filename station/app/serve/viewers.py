@@ -5,6 +5,8 @@ from __future__ import annotations
 import subprocess
 import sys
 import threading
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +26,7 @@ class Viewers:
         self._rig_file = rig_file
         self._lock = threading.Lock()
         self._asked = 0
-        self._processes: list[subprocess.Popen[bytes]] = []
+        self._ends: list[Callable[[], None]] = []
         self.state: dict[str, Any] | None = None
         """The state for the page: `of` (a recording's name, or nothing for the session), `url` or `fault`."""
 
@@ -42,7 +44,7 @@ class Viewers:
 
     def _open(self, asked: int, name: str, recording: Path | None) -> None:
         url, fault = "", ""
-        mine: list[subprocess.Popen[bytes]] = []
+        mine: list[Callable[[], None]] = []
         try:
             url = self._live(mine) if recording is None else _recorded(recording, mine)
         except UserError as error:
@@ -52,17 +54,17 @@ class Viewers:
                 _end(mine)
             if asked != self._asked:
                 return
-            self._processes = mine
+            self._ends = mine
             self.state = {"of": name, "url": url, "fault": fault}
 
-    def _live(self, mine: list[subprocess.Popen[bytes]]) -> str:
+    def _live(self, mine: list[Callable[[], None]]) -> str:
         port = viewer.free_port()
         words = ["replay", "--live", "--rig", str(self._rig_file), "--no-viewer", "--port", str(port)]
         streaming = start([sys.executable, "-m", "station", *words], quiet=True)
-        mine.append(streaming)
-        process, url = serve_stream(streaming, port)
-        mine.append(process)
-        return url
+        mine.append(partial(_ended, streaming))
+        served = serve_stream(streaming, port)
+        mine.append(served.end)
+        return served.url
 
     def end(self) -> None:
         """Ends the viewer."""
@@ -71,11 +73,11 @@ class Viewers:
 
     def _close(self) -> None:
         self._asked += 1
-        _end(self._processes)
-        self._processes, self.state = [], None
+        _end(self._ends)
+        self._ends, self.state = [], None
 
 
-def _recorded(recording: Path, mine: list[subprocess.Popen[bytes]]) -> str:
+def _recorded(recording: Path, mine: list[Callable[[], None]]) -> str:
     """Draws the recording where no newer drawing lies beside it, and serves that."""
     drawn = recording.with_suffix(".rrd")
     if not drawn.exists() or drawn.stat().st_mtime < recording.stat().st_mtime:
@@ -88,12 +90,16 @@ def _recorded(recording: Path, mine: list[subprocess.Popen[bytes]]) -> str:
                 if said
                 else "The recording could not be drawn: the program that draws it was ended; try again"
             )
-    process, url = serve_file(drawn)
-    mine.append(process)
-    return url
+    served = serve_file(drawn)
+    mine.append(served.end)
+    return served.url
 
 
-def _end(processes: list[subprocess.Popen[bytes]]) -> None:
-    for process in processes:
-        if process.poll() is None:
-            ask_to_end(process)
+def _end(ends: Sequence[Callable[[], None]]) -> None:
+    for end in ends:
+        end()
+
+
+def _ended(process: subprocess.Popen[bytes]) -> None:
+    if process.poll() is None:
+        ask_to_end(process)

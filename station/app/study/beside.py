@@ -78,7 +78,7 @@ def _filters_table(results: Sequence[PairResult]) -> ReportTable:
     known = [(pair, found[pair.name]) for pair in PAIRS if pair.name in found]
     return ReportTable(
         title="Table III beside the paper's (paper : simulated)",
-        columns=("pair", "slides", "unique", "total", *FILTERS),
+        columns=("pair", "slid", "unique", "total", *FILTERS),
         rows=tuple(_filters_row(pair, result) for pair, result in known),
         note="The paper does not say how many samples a pair has; a quarter of all is 1582.",
     )

@@ -11,6 +11,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from shared.notes import note_line
 from station.diagnosis.report.sentences import (
     acts,
     as_expected,
@@ -55,7 +56,7 @@ def summary(diagnosis: Diagnosis) -> RenderableType:
         parts += [Text(line) for line in next_lines(diagnosis)]
     if diagnosis.untestable:
         parts.append(Text(f"Untestable with this recording: {', '.join(sorted(diagnosis.untestable))}"))
-    parts += [Text(f"Note: {note}") for note in diagnosis.notes]
+    parts += [Text(note_line(note)) for note in diagnosis.notes]
     return Group(*parts)
 
 

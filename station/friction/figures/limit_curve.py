@@ -21,9 +21,9 @@ NUMBER = 11.0
 CAPTION = (
     "Limit curve. Left: friction by the direction of the slide (median of all runs), each slide a dot (n of them), "
     "and the paper's mean of 32 bins as squares. Right: what holds the block against a pull, by the pull's "
-    "direction, which is what a tilt measures; triangles are runs that ended without a slide and would have taken "
-    "more. What lies beyond the rim is drawn on it. Directions are against the object, or the plate where the curve "
-    "is fixed to that; a curve of both is drawn for an object that is not turned on the plate."
+    "direction, which is what a tilt measures; triangles are censored samples, which ended without a slide and would "
+    "have taken more. What lies beyond the rim is drawn on it. Directions are against the object, or the plate where "
+    "the curve is fixed to that; a curve of both is drawn for an object that is not turned on the plate."
 )
 INTERVAL = "shaded: 90 % interval"
 _BINS = 32
@@ -76,7 +76,7 @@ def _draw_pulls(axes: Any, choice: Choice, runs: Observations) -> None:
     _draw_runs(axes, towards, pull, name="onset")
     censored = runs.censored
     if censored.any():
-        label = f"no slide (n = {int(censored.sum())})"
+        label = f"censored (n = {int(censored.sum())})"
         axes.plot(towards[censored], above[censored], "^", color="#0072b2", markersize=3, label=label)
     phi = np.linspace(0, 2 * math.pi, 181)
     axes.plot(phi, choice.best.layout.curve(choice.best.values).force(phi), color=FLAGGED, label="limit curve")

@@ -49,6 +49,8 @@ def assert_as_on_the_first_page(said: str) -> None:
     """The first page shows this demonstration: the words are the same, and the numbers but for their last digits."""
     (shown,) = (one.text for one in blocks("text") if one.readme == "README.md" and "Concealed:" in one.text)
     revealed = said[said.index("Concealed:") : said.index("Open the report:")]
+    before, shown, after = shown.split("…")  # the diagnosis stands before, and what to do next after
+    assert before.strip() == after.strip() == ""
     assert without_numbers(revealed) == without_numbers(shown), revealed
     # A twentieth, or two of the last digits of a hundredth of a millimetre: half as much again is another result.
     assert numbers_of(revealed) == pytest.approx(numbers_of(shown), rel=0.05, abs=0.02), revealed

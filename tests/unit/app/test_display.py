@@ -65,9 +65,9 @@ def watched(folder: Path, *, until_s: float, clock: Clock | None = None) -> Watc
     return watch
 
 
-def told(watch: Watched, *, height: int = 40) -> str:
+def told(watch: Watched, *, height: int = 40, width: int = 100) -> str:
     out = io.StringIO()
-    Console(file=out, width=100, height=height).print(rendered(watch.moment()))
+    Console(file=out, width=width, height=height).print(rendered(watch.moment()))
     return out.getvalue()
 
 
@@ -268,6 +268,40 @@ def test_the_panel_has_a_fault_with_its_remedy_in_whole_words(tmp_path: Path) ->
     assert "…" not in panel
     assert " ".join(panel.replace("│", " ").split()).count(FAULT) == 2
     assert panel.count("\n") <= 24
+
+
+@pytest.mark.parametrize(
+    ("height", "width", "has", "lacks"),
+    [
+        (24, 80, ("samples", "kept samples", "✓ camera", "✓ disk"), ("…",)),
+        (14, 80, ("of 4 in", "more rows in a larger terminal"), ("kept samples",)),
+        (10, 60, ("more rows in a larger terminal",), ("kept samples", "disk")),
+    ],
+)
+def test_a_low_or_narrow_terminal_has_the_rows_that_matter_most(
+    height: int, width: int, has: tuple[str, ...], lacks: tuple[str, ...], tmp_path: Path
+) -> None:
+    """The fault stood in the rows that a low terminal cut off, and nothing said that there was more."""
+    watch = watched(tmp_path, until_s=session.SLIP_S - 0.2)
+    for direction in range(4):
+        watch.take(Received("session/sample", 1, replace(session.sample(), direction=direction)))
+    watch.take(Received("arm/motion", 1, MotionReport(fault=FAULT)))
+    tilt, panel = f"{watch.moment().tilt_deg:.2f}°", told(watch, height=height, width=width)
+    assert panel.count("\n") <= height
+    assert max(map(len, panel.splitlines())) <= width
+    for words in ("run 1: TILT", "direction", "0 (0°)", "tilt ", tilt, "! arm", *has):
+        assert words in panel, words
+    assert FAULT in " ".join(panel.replace("│", " ").split())
+    assert not [words for words in lacks if words in panel]
+
+
+def test_the_smallest_terminal_has_where_the_plate_is_and_as_much_of_the_fault_as_fits(tmp_path: Path) -> None:
+    watch = watched(tmp_path, until_s=session.SLIP_S - 0.2)
+    watch.take(Received("arm/motion", 1, MotionReport(fault=FAULT)))
+    panel = told(watch, height=6, width=40)
+    assert panel.count("\n") == 6
+    for words in ("run 1: TILT", "direction", "tilt ", "! arm", "more rows"):
+        assert words in panel, words
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals on Windows")

@@ -240,6 +240,7 @@ def test_the_stream_tells_samples_and_state(server: PageServer, bus: MemoryBus) 
     assert told["state"]["done"] == 2
     assert told["state"]["rig"] == "simulated"
     assert "camera sags" in " ".join(told["state"]["notes"]), "what the rig conceals stands under its name"
+    assert told["state"]["note_lines"][0].startswith("Note: the rig is a simulation")
     connection.close()
 
 

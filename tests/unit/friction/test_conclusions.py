@@ -64,10 +64,10 @@ def test_planted_anisotropy_is_said():
     ("samples", "geometry", "expected"),
     [
         (good(), None, "There is no calibration"),
-        (good(12), GEOMETRY, "Fewer than 25 slides are left (12)"),
-        (good(12), GEOMETRY, "Anisotropy cannot be tested with 12 slides"),
-        (good(1), GEOMETRY, "Anisotropy cannot be tested with 1 slide;"),
-        ([sample()], GEOMETRY, "One slide is left"),
+        (good(12), GEOMETRY, "Fewer than 25 samples are kept (12)"),
+        (good(12), GEOMETRY, "Anisotropy cannot be tested with 12 samples"),
+        (good(1), GEOMETRY, "Anisotropy cannot be tested with 1 sample;"),
+        ([sample()], GEOMETRY, "One sample is kept"),
         (
             [one for one in session(160, rng=np.random.default_rng(1), turning=False) if one.direction == 2],
             GEOMETRY,
@@ -77,9 +77,9 @@ def test_planted_anisotropy_is_said():
         (
             [sample(run=run, slide_m=0.001) for run in range(30)],
             GEOMETRY,
-            "All 30 slides were filtered, most by the dist",
+            "All 30 samples that slid were filtered, most by the dist",
         ),
-        ([replace(one, censored=True) for one in good()], GEOMETRY, "No run ended with a slide"),
+        ([replace(one, censored=True) for one in good()], GEOMETRY, "All samples are censored"),
         ([Sample(run=run, onset_angle_rad=0.3 + 0.001 * run) for run in range(30)], GEOMETRY, "corners"),
         ([replace(one, object="") for one in good()], GEOMETRY, "do not name their object"),
         (
@@ -98,14 +98,14 @@ def test_censored_runs_change_no_number_and_are_told():
     samples = good()
     text, _ = said(samples)
     with_stuck, _ = said([*samples, *(replace(sample(run=99 + i, angle_rad=0.9), censored=True) for i in range(20))])
-    assert "20 of 80 runs ended without a slide (25.0 %)" in with_stuck
+    assert "20 of 80 samples (25.0 %) are censored" in with_stuck
     assert text.split("° (mean")[0] == with_stuck.split("° (mean")[0]
 
 
 def test_onsets_of_the_threshold_rule_are_told():
     samples = good()
     samples[3] = replace(samples[3], flags=("onset_unresolved",))
-    assert "For 1 of the kept slides no onset could be fitted" in said(samples)[0]
+    assert "For 1 of the kept samples no onset could be fitted" in said(samples)[0]
 
 
 def test_objects_and_plates_are_pairs_of_their_own_however_the_files_mix_them():

@@ -54,7 +54,7 @@ def test_a_run_that_the_foam_held_does_not_shrink_the_limit_curve_to_a_point():
     assert np.nanmax(drawn) <= figure.axes[1].get_rmax() + 1e-9  # pyright: ignore[reportAttributeAccessIssue] # polar
     labels = {text for axes in figure.axes for text in axes.get_legend_handles_labels()[1]}
     assert {
-        "no slide (n = 1)",
+        "censored (n = 1)",
         "slide (n = 61)",
         "onset (n = 61)",
         "mean of bin",

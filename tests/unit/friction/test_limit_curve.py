@@ -236,9 +236,9 @@ def test_a_block_that_the_foam_holds_is_left_out_by_its_pull_and_not_by_its_slid
 
 
 def test_what_cannot_be_fitted_is_said():
-    with pytest.raises(ValueError, match=r"No limit curve can be fitted to 12 slides .*; 25 are needed\."):
+    with pytest.raises(ValueError, match=r"No limit curve can be fitted to 12 samples .*; 25 are needed\."):
         choose(observed(session(12, rng=np.random.default_rng(1))))
-    with pytest.raises(ValueError, match="0 slides with a known direction"):
+    with pytest.raises(ValueError, match="0 samples with a known direction"):
         choose(observed([Sample(run=run, onset_angle_rad=0.3 + 0.001 * run) for run in range(30)]))
     one_line = [one for one in session(120, rng=np.random.default_rng(2), turning=False) if one.direction % 2]
     choice = choose(observed(one_line))

@@ -55,8 +55,8 @@ function distanceOf(now) {
 
 function showSession(now) {
   byId("rig").textContent = `rig “${now.rig}”`;
-  byId("notes").textContent = now.notes.map((note) => `Note: ${note}.`).join(" ");
-  byId("notes").hidden = now.notes.length === 0;
+  byId("notes").textContent = now.note_lines.join(" ");
+  byId("notes").hidden = now.note_lines.length === 0;
   byId("state").textContent = phaseOf(now);
   byId("direction").textContent = directionOf(now);
   byId("tilt").textContent = now.tilt_deg === null ? "–" : `${now.tilt_deg.toFixed(2)}°`;
@@ -231,7 +231,7 @@ byId("controls").addEventListener("submit", (event) => {
 byId("pause").addEventListener("click", () => act("session", { action: state && state.paused ? "resume" : "pause" }));
 byId("stop").addEventListener("click", () => act("session", { action: "stop" }));
 byId("emergency").addEventListener("click", async () => {
-  if (await act("arm-stop")) say("The arm is stopped where it is, until another session begins. End this one with Stop.");
+  if (await act("arm-stop")) say("The arm is stopped where it is, and a session that runs ends. Look at the rig, then start another.");
 });
 byId("view-live").addEventListener("click", () => act("view", { recording: "" }));
 byId("job-end").addEventListener("click", () => act("job-end"));
