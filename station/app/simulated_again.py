@@ -84,10 +84,11 @@ def _against_the_users(
     def again(friction: float) -> Signals:
         return simulation.engine.repeat(recorded, Model(mu_s=friction), rig=rig)
 
-    takes_found = not (isinstance(simulation.engine, OwnFriction) and simulation.engine.why_not_rerun)
+    engine = simulation.engine
+    takes_found = not (isinstance(engine, OwnFriction) and engine.why_not_rerun)
     given = against_given(
         examined, simulated, known, setting=setting, name=simulation.name, again=again if takes_found else None,
-        seed=seed, progress=progress,
+        camera=not isinstance(engine, OwnFriction) or engine.has_camera, seed=seed, progress=progress,
     )  # fmt: skip
     diagnosis = _rerun(given.diagnosis, recorded, given.parts, rig=rig, simulation=simulation, progress=progress)
     for more in (artefacts(simulated, mu_s=given.mu_s), diagnosis.numerics):  # the others show it less plainly

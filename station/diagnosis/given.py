@@ -67,6 +67,7 @@ def against_given(
     setting: Setting,
     name: str,
     again: Again | None = None,
+    camera: bool = True,
     seed: int = 1,
     progress: Progress = lambda _: None,
 ) -> Given:
@@ -79,6 +80,7 @@ def against_given(
         setting: sizes of plate and block.
         name: the simulation's name in the result.
         again: simulates it with a factor on its friction, if it can be told of one.
+        camera: False for a simulation that gives paths: no effect of a camera can be in it.
         seed: seeds the null's draws.
         progress: is called with a message before each step.
 
@@ -104,7 +106,7 @@ def against_given(
     start, rng = Model(mu_s=answer.mu_s.value), np.random.default_rng(seed)
     staged = in_stages(
         evidence,
-        tuple(catalogue.values()),
+        tuple(effect for effect in catalogue.values() if camera or effect.layer != "camera"),
         start=start,
         rng=rng,
         progress=lambda said: progress(f"simulation: {said}"),

@@ -48,10 +48,12 @@ class OwnFriction:
     """A simulator that has a friction of its own: its model says what to change in it, and mu_s is a factor.
 
     `AS_IT_IS` leaves it as it is. `why_not_rerun` is the reason, in one sentence, why it cannot be run with the
-    friction and pushes that were found; empty: it can.
+    friction and pushes that were found; empty: it can. `has_camera` is False if it gives paths, which the tool itself
+    turns into what the camera would see.
     """
 
     why_not_rerun: str = ""
+    has_camera: bool = False
 
 
 class Refinable(OwnFriction):
@@ -78,6 +80,7 @@ class RecordedSimulation(OwnFriction):
     why_not_rerun = (
         "A recorded simulation could not be run with what was found; give the simulator itself to --simulate"
     )
+    has_camera = True
 
     def __init__(self, simulated: Signals) -> None:
         self._simulated = simulated

@@ -25,6 +25,7 @@ from station.diagnosis.report.sentences import sentence
 from station.diagnosis.result import Diagnosis
 from station.diagnosis.result_json import as_json
 from station.diagnosis.search.search import Stage, looked_at
+from station.physics.catalogue import catalogue
 from station.physics.effect import Effect
 from station.physics.model import Term
 from station.signals.session import Signals
@@ -95,6 +96,17 @@ def test_what_a_simulations_solver_does_is_no_physics() -> None:
     assert "stiffer contact" in creep["cured_by"]
     assert not [effect for effect in answer.effects if effect.side != "recording"], sentence(answer)
     assert sentence(answer) == "Nothing is left out of the simulation, but its solver has artefacts (solver_creep)."
+
+
+@pytest.mark.parametrize("camera", [True, False])
+def test_a_simulation_that_gives_paths_has_no_camera(camera: bool) -> None:
+    """MuJoCo's soft contact lets a block give way a little, and every scene was told of a camera that sags."""
+    every = known() | {"camera_sag": catalogue()["camera_sag"]}
+    term = Term(every["camera_sag"], {**every["camera_sag"].neutral(), "shift_m": 2e-4})
+    sagging = simulated(model(0.35, 0.0).with_term(term))
+    asked = recording(0.35, 0.0), sagging, every
+    answer = against_given(*asked, setting=SETTING, name="scene.xml", camera=camera).diagnosis
+    assert ("camera_sag" in {effect.id for effect in answer.effects}) == camera
 
 
 def test_the_keys_of_the_difference_are_added_to_the_contract() -> None:
