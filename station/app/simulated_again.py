@@ -13,6 +13,7 @@ from station.diagnosis.given import against_given
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.predict.simulated import parts_of_plain
 from station.diagnosis.result import Diagnosis
+from station.friction.onset import estimate_onset
 from station.physics.catalogue import catalogue_of_table
 from station.physics.model import Model
 from station.signals.session import Signals
@@ -111,6 +112,13 @@ def _rerun(
     if isinstance(simulation.engine, RecordedSimulation):  # it is read and not run: all its runs at once
         most, parts = len(recorded.runs), (Part(runs=frozenset(recorded.runs), before=AS_IT_IS, after=AS_IT_IS),)
     again = rerun_in_parts(
-        recorded, parts, rig=rig, engine=simulation.engine, name=simulation.name, runs=most, progress=progress
+        recorded,
+        parts,
+        rig=rig,
+        engine=simulation.engine,
+        name=simulation.name,
+        runs=most,
+        progress=progress,
+        reading=estimate_onset,
     )
     return replace(answer, fit=replace(answer.fit, simulator_rerun=again.table()))

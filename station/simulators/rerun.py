@@ -8,7 +8,6 @@ of the path what the model has wrong about the slide.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -17,16 +16,14 @@ import numpy as np
 
 from shared.errors import UserError
 from shared.rig import RigConfig
-from station.physics.model import Model, Term
+from station.physics.model import Model
 from station.signals.session import Signals
 from station.simulators.errors import Errors, errors
-from station.simulators.own_level import OwnLevel
-from station.simulators.recorded_runs import RecordedRun, numbers, recorded_runs
+from station.simulators.levelled import Reading, levelled
+from station.simulators.recorded_runs import RecordedRun, recorded_runs
 from station.simulators.simulator import OwnFriction, Simulator, simulator
 
 RUNS = 60
-LEVELLED = 3
-_LEVELS = (0.3, 3.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,6 +78,7 @@ def rerun(
     rig: RigConfig,
     engine: str | Simulator = "mujoco",
     runs: int = RUNS,
+    reading: Reading | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Rerun:
     """Simulates some runs, spread over the session, with two models.
@@ -92,13 +90,14 @@ def rerun(
         rig: sizes of block, plate and picture.
         engine: a simulator, or its name.
         runs: how many of the recorded runs at most.
+        reading: reads the onset of a slide from its path (see `levelled`).
         progress: is told what is being done.
 
     Raises:
         UserError: if the recording lacks what a simulation needs, or there is no such simulator.
     """
     every = (Part(runs=frozenset(recorded.runs), before=before, after=after),)
-    return rerun_in_parts(recorded, every, rig=rig, engine=engine, runs=runs, progress=progress)
+    return rerun_in_parts(recorded, every, rig=rig, engine=engine, runs=runs, reading=reading, progress=progress)
 
 
 def rerun_in_parts(
@@ -109,6 +108,7 @@ def rerun_in_parts(
     engine: str | Simulator = "mujoco",
     name: str = "",
     runs: int = RUNS,
+    reading: Reading | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Rerun:
     """Does the same as `rerun` with two models for each part of the session: those of a fold know nothing of its runs.
@@ -136,7 +136,7 @@ def rerun_in_parts(
             plain = own.repeat(chosen, model, rig=rig)
             found.setdefault(label, []).append(errors(chosen, plain))
             if not why:
-                level = errors(chosen, _levelled(chosen, plain, model, rig=rig, engine=own))
+                level = errors(chosen, levelled(chosen, plain, model, rig=rig, engine=own, reading=reading))
                 found.setdefault(f"{label}_own_level", []).append(level)
     if not found:
         raise UserError("Expected runs that can be simulated again among those that were diagnosed, found none")
@@ -182,39 +182,6 @@ def _kept(track: Any, runs: Sequence[RecordedRun]) -> Any:
         first, last = np.searchsorted(track.time_ns, (run.begin_ns, run.end_ns + 1))
         inside[first:last] = True
     return track.select(inside)
-
-
-# --- each run's own level -------------------------------------------------------------------------------------------
-
-
-def _levelled(recorded: Signals, simulated: Signals, model: Model, *, rig: RigConfig, engine: Simulator) -> Signals:
-    """Returns the simulation repeated with the friction that moves each run's onset to the recorded one."""
-    runs = [run for run in recorded_runs(recorded) if _has_onset(run)]
-    if not runs:
-        return simulated
-    number = numbers(recorded_runs(recorded))
-    index = {run.run: int(own) for run, own in zip(recorded_runs(recorded), number, strict=True)}
-    factor = np.ones(max(index.values()) + 1)
-    for _ in range(LEVELLED):
-        for run in runs:
-            factor[index[run.run]] *= _step(simulated, run)
-        factor = np.clip(factor, *_LEVELS)
-        own = model.with_term(Term(OwnLevel(factor), {"on": 1.0}))
-        simulated = engine.repeat(recorded, own, rig=rig)
-    return simulated
-
-
-def _has_onset(run: RecordedRun) -> bool:
-    return run.sample is not None and not run.sample.censored and not run.velocity.any()
-
-
-def _step(simulated: Signals, run: RecordedRun) -> float:
-    """Returns the change of a run's friction that moves its onset to where it was recorded."""
-    sample = next((sample for sample in simulated.samples if sample.run == run.run), None)
-    if sample is None or run.sample is None:
-        return 1.0
-    # The friction of a block that held in the simulation is above the steepest tilt, which is its onset then.
-    return math.tan(run.sample.onset_angle_rad) / max(math.tan(sample.onset_angle_rad), 1e-3)
 
 
 def by_engine(table: Mapping[str, Any]) -> str:

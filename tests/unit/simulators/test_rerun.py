@@ -9,9 +9,12 @@ from functools import cache
 import pytest
 
 from shared.errors import UserError
+from station.friction.onset import estimate_onset
 from station.physics.model import Model
 from station.signals.session import Signals
 from station.simulators.errors import errors
+from station.simulators.levelled import Slide
+from station.simulators.recorded_runs import recorded_runs
 from station.simulators.rerun import Rerun, by_engine, rerun, some_runs
 from station.simulators.simulator import simulator
 from tests.unit.simulators.test_planar_session import MU, golden, tossed, with_effect
@@ -51,6 +54,21 @@ def test_each_runs_own_level_repairs_the_onset_and_not_the_slide(engine: str) ->
     before = again(engine).table()["before"]["own_level"]
     assert before["onset_rmse_deg"] < 0.02
     assert before["path_rmse_mm"] > 5.0
+
+
+def test_a_slide_that_a_drag_slows_is_read_alike_in_both() -> None:
+    """Its onset is read half a degree late: the right model would be far off at what it takes for the runs' level."""
+    right = with_effect("viscous", drag_n_s_m=0.1)
+    recorded = simulator("planar").repeat(golden()[0], right, rig=golden()[1])
+    runs = [run for run in recorded_runs(recorded) if run.sample is not None]
+    read = {run.run: Slide.of(recorded, run, estimate_onset).onset_rad for run in runs}
+    late = replace(recorded, samples=tuple(replace(one, onset_angle_rad=read[one.run]) for one in recorded.samples))
+    path = [
+        rerun(late, right, right, rig=golden()[1], engine="planar", reading=reading).table()["after"]["own_level"]
+        for reading in (None, estimate_onset)
+    ]
+    assert path[0]["path_rmse_mm"] > 0.3
+    assert path[1]["path_rmse_mm"] < 0.1
 
 
 def test_what_a_simulation_made_of_itself_is_exact() -> None:
