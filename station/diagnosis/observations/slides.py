@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -72,25 +73,28 @@ class Motion:
         return speed / np.hypot(speed, self.reach_m * self.yaw_rate_rad_s)
 
     @cached_property
-    def seen(self) -> Latest[tuple[Array, Array]]:
-        """Caches, by model, the windows' apparent acceleration (n, 2), m/s², and turn (n,), rad, of `_seen`."""
+    def seen(self) -> Latest[Seen]:
+        """Caches, by model, what `_seen` returns."""
         return Latest(self._seen, ("seen",))
 
-    def _seen(self, model: Model) -> tuple[Array, Array]:
-        """Returns the windows' apparent acceleration (n, 2), m/s², and how far left their ways seem turned (n,), rad.
+    def _seen(self, model: Model) -> Seen:
+        """Returns what the model's effects on the picture seem to do to the blocks.
 
-        Both are by the model's effects on the picture. A lens that enlarges what is far from its axis makes a block
-        that goes there seem to decelerate less, and one that passes beside the axis seem to turn.
+        A lens that enlarges what is far from its axis makes a block that goes there seem to decelerate less, and one
+        that passes beside the axis seem to turn off its way; rows that are read one after another turn its mark.
         """
         bending = replace(model, terms=tuple(term for term in model.acting("seen") if _bends(term.effect)))
         if self.view is None or not bending.acting("seen"):
-            return np.zeros((len(self.acceleration_m_s2), 2)), np.zeros(len(self.acceleration_m_s2))
-        shift = bending.seen(self._true(self.view, bending.seen(self.view)))
+            return Seen.nothing(len(self.acceleration_m_s2))
+        true = self._true(self.view, bending.seen(self.view))
+        shift = bending.seen(true)
         first, _, last = self._at_nodes(middle(shift))
         begin, _, end = self._at_nodes(self.view.centre_m)
         way, aside = end - begin, last - first
         turned = (way[:, 0] * aside[:, 1] - way[:, 1] * aside[:, 0]) / np.maximum((way**2).sum(axis=1), LEAST_WAY_M**2)
-        return self._changes(middle(shift))[1], turned
+        spun = np.repeat(_spun_rad(true, shift)[:, None], 2, axis=1)
+        rate, spin = (each[:, 0] for each in self._changes(spun))
+        return Seen(self._changes(middle(shift))[1], turned, rate, spin)
 
     def _true(self, view: View, shift: Array) -> View:
         """Returns the view without the displacements `shift` (3 n, 4, 2), m, and the velocity that they seem to add."""
@@ -111,6 +115,31 @@ class Motion:
         return values.reshape(-1, len(WEIGHTS), 2).transpose(1, 0, 2)
 
 
+class Seen(NamedTuple):
+    """The motion that a picture seems to add to the windows' own.
+
+    It is an acceleration (n, 2), m/s², by how far left their ways seem turned (n,), rad, a rate at which the blocks
+    seem to turn at the nodes (3 n,), rad/s, and its change (n,), rad/s².
+    """
+
+    acceleration_m_s2: Array
+    turned_rad: Array
+    rate_rad_s: Array
+    spin_rad_s2: Array
+
+    @classmethod
+    def nothing(cls, count: int) -> Seen:
+        """Returns that of a picture that shows `count` windows as they were."""
+        return cls(np.zeros((count, 2)), np.zeros(count), np.zeros(len(WEIGHTS) * count), np.zeros(count))
+
+
+def _spun_rad(view: View, shift: Array) -> Array:
+    """Returns the angle (m,), rad, by which displacements `shift` (m, 4, 2), m, of its corners seem to turn a mark."""
+    out = view.point_m - view.centre_m[:, None, :]
+    across = out[..., 0] * shift[..., 1] - out[..., 1] * shift[..., 0]
+    return across.sum(axis=1) / np.square(out).sum(axis=(1, 2))
+
+
 def _bends(effect: Effect) -> bool:
     """Returns true if an effect displaces the picture of a block that slides."""
     return effect.layer == "camera" and "seen" in effect.acts_through()
@@ -119,7 +148,7 @@ def _bends(effect: Effect) -> bool:
 class _Slides(Channel):
     phase: str = "slide"
     sees: bool = False
-    """True if the channel compares forces, from accelerations in the picture."""
+    """True if the channel compares forces or moments, from accelerations in the picture."""
 
     def changed_by(self, effect: Effect) -> bool:
         """Returns true also for effects that bend the picture, which show in the mark's shape far more."""
@@ -148,7 +177,7 @@ class _Slides(Channel):
     def _changed(self, model: Model, load: Load, toward: Array, middle: Array) -> Array:
         """Returns the pull (n,), m/s², that a model adds in directions (3 n, 2), and at the `middle` ones (n, 2)."""
         added = self._mean(_dot(load.tangential - self.motion.moments.plain.tangential, toward))
-        return added + _dot(self.motion.seen(model)[0], middle)
+        return added + _dot(self.motion.seen(model).acceleration_m_s2, middle)
 
     def _force(self, load: Load, toward: Array) -> Array:
         """Gives the pull (n,), m/s², in directions (3 n, 2), less the windows' accelerations: the recorded friction."""
@@ -260,10 +289,12 @@ class Across(_Slides):
         the true way, from which the picture turns the recorded one.
         """
         motion, contact = self.motion, self._plain.contact
-        turned = np.repeat(motion.seen(model)[1], len(WEIGHTS))
+        seen = motion.seen(model)
+        turned = np.repeat(seen.turned_rad, len(WEIGHTS))
         if not model.carries:
             return -turned
-        return model.carried(contact, yaw_rate_rad_s=motion.yaw_rate_rad_s, speed_m_s=contact.speed_m_s) - turned
+        rate = motion.yaw_rate_rad_s - seen.rate_rad_s
+        return model.carried(contact, yaw_rate_rad_s=rate, speed_m_s=contact.speed_m_s) - turned
 
     def _expected_left(self, load: Load, held: Array) -> Array:
         """Returns the left (3 n, 2) of blocks' ways under a load of which friction holds `held` (n,), m/s², sideways.
@@ -286,6 +317,7 @@ class Turn(_Slides):
 
     name: str = "turn"
     title: str = "the block's turning"
+    sees: bool = True
     unit: str = "rad/s²"
     trusted: float = thresholds.TURN_TRUSTED_RAD_S2
 
@@ -295,19 +327,20 @@ class Turn(_Slides):
         force = np.maximum(self._force(plain, plain.contact.way), LEAST_M_S2)
         self._held = np.repeat(force, len(WEIGHTS))
         self._per_friction = 1.0 / (SQUARE_GYRATION * contact.area_m2)
-        against = self._per_friction * motion.reach_m**2 * motion.yaw_rate_rad_s
-        self._against = against / np.maximum(contact.speed_m_s, LEAST_M_S)
+        self._resisting = self._per_friction * motion.reach_m**2 / np.maximum(contact.speed_m_s, LEAST_M_S)
 
     def residual(self, model: Model) -> Array:
         """Returns recorded minus predicted angular acceleration (n,), rad/s²."""
         motion = self.motion
         contact = motion.moments.reported
-        against = self._against
+        seen = motion.seen(model)
+        against = self._resisting * (motion.yaw_rate_rad_s - seen.rate_rad_s)
         if model.acting("lead"):
             against = against * left_against_turning(model.lead(contact))
         moment = model.moment(contact, self._held, self._across(model)) if model.acting("lever") else 0.0
         predicted = moment * self._per_friction - self._held * against + model.spin(contact)
-        return motion.yaw_acceleration_rad_s2 - self._mean(np.broadcast_to(predicted, len(motion.moments)))
+        turned = motion.yaw_acceleration_rad_s2 - seen.spin_rad_s2
+        return turned - self._mean(np.broadcast_to(predicted, len(motion.moments)))
 
     def _across(self, model: Model) -> Array:
         """Returns the friction (3 n,) to the right of the way, m/s²: by the slope of the model's limit curve."""
