@@ -9,7 +9,7 @@ import pytest
 from scipy.interpolate import CubicHermiteSpline
 
 from station.diagnosis import thresholds
-from station.diagnosis.inference.columns import looked, scores, scores_of
+from station.diagnosis.inference.columns import looked, pushed_out, scores, scores_of
 from station.diagnosis.inference.fit import Fit, fit
 from station.diagnosis.inference.noise_of import shaking_of
 from station.diagnosis.inference.sparse import Index, Table, by_channel
@@ -89,7 +89,7 @@ def in_small_parts(whitening: Whitening) -> Iterator[tuple[Index, Callable[[Arra
 
 
 def at_once(evidence: Evidence, found: Fit, table: Table) -> tuple[Array, Array]:
-    """Information (K, K) and score (K,) of the columns beside the fit's own numbers."""
+    """Information (K, K) and score (K,) of the columns beside the fit's own numbers that are not held at a bound."""
     at = residuals(evidence, found.model)
     whitening = Whitening(evidence, found.noise, shaking=shaking_of(evidence, found.model))
     counted = evidence.counted[whitening.run]
@@ -100,10 +100,12 @@ def at_once(evidence: Evidence, found: Fit, table: Table) -> tuple[Array, Array]
     own = whitening(stack(evidence, slopes(evidence, found.model, found.free, at)))[counted]
     columns = whitening(table.whole())[counted]
     precision = np.array([number.precision for number in found.free])
+    free_to_move = ~pushed_out(found, -(pull @ own) - precision * found.vector)
+    own, precision, vector = own[:, free_to_move], precision[free_to_move], found.vector[free_to_move]
     among = (root * own).T @ (root * own) + np.diag(precision)
     taken = np.linalg.solve(among, (root * own).T @ (root * columns))
     free = columns - own @ taken
-    score = -(pull @ free) + taken.T @ (precision * found.vector)
+    score = -(pull @ free) + taken.T @ (precision * vector)
     return (root * free).T @ (root * free) + taken.T @ np.diag(precision) @ taken, score
 
 
