@@ -154,18 +154,17 @@ def _fitted(one: Found, other: Found, effects: Sequence[Effect]) -> Fit:
     model = keeping(one.search.model.model, {effect.id for effect in effects})
     acting = {term.effect.id for term in model.terms}
     there = {term.effect.id: term.values for term in other.search.model.model.terms}
-    held = {effect.id: effect if effect.id in acting else _held(effect) for effect in effects}
+    sized = {effect.id: effect if effect.id in acting else held(effect) for effect in effects}
     for effect in effects:
         if effect.id not in acting:
             shapes = {p.name: there.get(effect.id, {}).get(p.name, p.neutral) for p in effect.parameters if p.is_shape}
-            model = model.with_term(Term(held[effect.id], {**effect.neutral(), **shapes}))
-    return fit(one.evidence, model, list(held.values()), noise=one.search.model.noise)
+            model = model.with_term(Term(sized[effect.id], {**effect.neutral(), **shapes}))
+    return fit(one.evidence, model, list(sized.values()), noise=one.search.model.noise)
 
 
-def _held(effect: Effect) -> Effect:
+def held(effect: Effect) -> Effect:
     """Returns the same law with its shapes as its term has them."""
-    sizes = tuple(parameter for parameter in effect.parameters if not parameter.is_shape)
-    return effect if sizes == effect.parameters else type("Held", (type(effect),), {"parameters": sizes})()
+    return effect.having(parameters=tuple(one for one in effect.parameters if not one.is_shape))
 
 
 def _level(recorded: Found, simulated: Found, fits: Sequence[Fit]) -> EffectComparison:

@@ -102,7 +102,7 @@ def effect_in(file: str) -> Effect:
         UserError: as `catalogue` does.
     """
     effect = _effect_of(_imported(Path(file)))
-    copyreg.pickle(type(effect), lambda _: (effect_in, (file,)))  # pyright: ignore[reportArgumentType]: of any class
+    copyreg.pickle(type(effect), lambda one: (effect_in, (file,), vars(one)))  # pyright: ignore[reportArgumentType]: of any class
     return effect
 
 
