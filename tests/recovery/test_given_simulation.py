@@ -5,6 +5,8 @@ A simulator that is called stands in this file, too: its recording is one that i
 
 from __future__ import annotations
 
+import io
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -12,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rich.console import Console
 
 from shared.errors import UserError
 from station.app import simulated_again
@@ -22,6 +25,7 @@ from station.diagnosis.inference.columns import Scores
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.report.sentences import sentence
+from station.diagnosis.report.summary import summary
 from station.diagnosis.result import Diagnosis
 from station.diagnosis.result_json import as_json
 from station.diagnosis.search.search import Stage, looked_at
@@ -150,6 +154,14 @@ def test_of_what_could_not_show_in_the_simulation_nothing_is_said() -> None:
     assert [(effect.id, effect.verdict) for effect in answer.effects] == [("kinetic_drop", "untestable")]
     assert answer.verdict == "not supported"
     assert "cannot be said" in sentence(answer)
+    assert math.isnan(answer.fit.before.path_median_mm)  # how its blocks would slide is not known
+    assert "path error" not in told(answer)
+
+
+def told(answer: Diagnosis) -> str:
+    console = Console(width=200, record=True, file=io.StringIO())
+    console.print(summary(answer))
+    return console.export_text()
 
 
 def test_a_simulation_whose_slides_are_not_seen_is_asked_again_with_less_friction() -> None:

@@ -144,6 +144,16 @@ def test_an_onset_alone_leaves_the_slide_unseen() -> None:
     assert frames.found[frames.time_ns < again.samples[0].slip_ns].any()
 
 
+def test_a_slide_that_is_not_told_has_no_path_error() -> None:
+    signals, rig = golden()
+    found = errors(signals, of_function(always(2.0)).repeat(signals, AS_IT_IS, rig=rig))
+    assert np.isfinite(found.onset_deg).all()
+    assert np.isnan(found.path_mm).all()
+    assert np.isnan(found.turn_deg).all()
+    holding = errors(signals, of_function(always(None)).repeat(signals, AS_IT_IS, rig=rig))
+    assert np.isfinite(holding.path_mm).all()  # it lies where it was put
+
+
 @pytest.mark.parametrize("nothing", [None, math.nan])
 def test_a_block_that_holds_has_no_onset(nothing: float | None) -> None:
     signals, rig = golden()
