@@ -48,10 +48,12 @@ class OwnFriction:
     """A simulator that has a friction of its own: its model says what to change in it, and mu_s is a factor.
 
     `AS_IT_IS` leaves it as it is. `why_not_rerun` is the reason, in one sentence, why it cannot be run with the
-    friction and pushes that were found; empty: it can.
+    friction and pushes that were found; empty: it can. `gave` says what it gave for every run when it last repeated a
+    session, where that may be why its blocks hold; empty: it gave paths or onsets.
     """
 
     why_not_rerun: str = ""
+    gave: str = ""
 
 
 class Refinable(OwnFriction):

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import io
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -32,6 +33,7 @@ from station.diagnosis.search.search import Stage, looked_at
 from station.physics.effect import Effect
 from station.physics.model import Term
 from station.signals.session import Signals
+from station.simulators.rerun import only_runs
 from station.simulators.simulator import simulator
 from tests.recovery import given_simulator
 from tests.recovery.given_sessions import NEAR, SETTING, known, model, recording, session, simulated
@@ -179,6 +181,45 @@ def test_a_simulation_whose_slides_are_not_seen_is_asked_again_with_less_frictio
     assert claimed == [("kinetic_drop", "recording")]
     assert given.mu_s == pytest.approx(0.35, rel=0.01)
     assert not [one for one in given.diagnosis.differs if one.name == "mu_s"]
+
+
+def test_of_a_simulation_whose_blocks_all_hold_only_a_lower_limit_is_said() -> None:
+    holds = simulated(model(1.4, 0.0))
+    with pytest.raises(
+        UserError, match=r"in sim\.mcap the block held in each of 42 runs: its mu_s is at least"
+    ) as told_of:
+        against_given(dropping(), holds, FEW, setting=SETTING, name="sim.mcap")
+    (least,) = re.findall(r"at least ([0-9.]+),", str(told_of.value))
+    assert 0.35 < float(least) < 1.4
+    with pytest.raises(
+        UserError, match=r"my_sim\.py gave None for each of 42 runs: .* look whether it returns its path"
+    ):
+        against_given(dropping(), holds, FEW, setting=SETTING, name="my_sim.py", gave="gave None for")
+
+
+def test_a_simulator_whose_blocks_all_hold_is_asked_with_less_friction_until_they_slide() -> None:
+    asked = list[float]()
+
+    def again(friction: float) -> Signals:
+        asked.append(friction)
+        return simulated(model(1.4 * friction, 0.0))
+
+    given = against_given(dropping(), simulated(model(1.4, 0.0)), FEW, setting=SETTING, name="my_sim.py", again=again)
+    assert len(asked) > 1
+    assert given.mu_s == pytest.approx(1.4, rel=0.02)
+    (level,) = [one for one in given.diagnosis.differs if one.name == "mu_s"]
+    assert level.simulation.value == pytest.approx(1.4, rel=0.02)
+
+
+def test_runs_that_a_simulation_lacks_are_counted() -> None:
+    whole = simulated(model(0.35, 0.2))
+    part, fewer = only_runs(whole, range(1, 26)), only_runs(whole, range(1, 10))
+    assert part is not None
+    assert fewer is not None
+    answer = against_given(dropping(), part, FEW, setting=SETTING, name="part.mcap").diagnosis
+    assert "part.mcap lacks 17 of the recording's 42 runs, which are compared with nothing" in answer.notes
+    with pytest.raises(UserError, match=r"got 9 in part\.mcap: it lacks 33 of the recording's 42 runs$"):
+        against_given(dropping(), fewer, FEW, setting=SETTING, name="part.mcap")
 
 
 def test_a_simulation_with_too_little_in_it_is_one_sentence() -> None:

@@ -161,6 +161,14 @@ def test_a_block_that_holds_has_no_onset(nothing: float | None) -> None:
     assert all(sample.censored for sample in again.samples)
 
 
+def test_a_function_that_gives_nothing_for_every_run_is_known_by_it() -> None:
+    signals, rig = golden()
+    for function, said in ((always(None), "gave None or nan (the block held) for"), (always(2.0), "")):
+        simulated = of_function(function)
+        simulated.repeat(signals, AS_IT_IS, rig=rig)
+        assert simulated.gave == said
+
+
 def test_it_is_a_simulator_like_ours() -> None:
     assert isinstance(of_function(point_block(MU)), Simulator)
 
