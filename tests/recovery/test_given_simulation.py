@@ -14,24 +14,29 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from rich.console import Console
 
 from shared.errors import UserError
 from station.app import simulated_again
 from station.diagnosis import given
-from station.diagnosis.diagnose import Examined, examined
+from station.diagnosis.diagnose import Examined, evidence_from, examined
 from station.diagnosis.given import against_given
 from station.diagnosis.inference.columns import Scores
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.report.sentences import sentence
 from station.diagnosis.report.summary import summary
-from station.diagnosis.result import Diagnosis
+from station.diagnosis.result import Diagnosis, Differs, Value
 from station.diagnosis.result_json import as_json
-from station.diagnosis.search.search import Stage, looked_at
+from station.diagnosis.search.posterior import posteriors_of
+from station.diagnosis.search.search import Stage, in_stages, looked_at, search
+from station.diagnosis.simulation_comparison import Found, as_noisy_as, compared_with_simulation
+from station.diagnosis.told_apart import told_apart
+from station.physics.catalogue import Catalogue
 from station.physics.effect import Effect
-from station.physics.model import Term
+from station.physics.model import Model, Term
 from station.signals.session import Signals
 from station.simulators.rerun import only_runs
 from station.simulators.simulator import simulator
@@ -220,6 +225,43 @@ def test_runs_that_a_simulation_lacks_are_counted() -> None:
     assert "part.mcap lacks 17 of the recording's 42 runs, which are compared with nothing" in answer.notes
     with pytest.raises(UserError, match=r"got 9 in part\.mcap: it lacks 33 of the recording's 42 runs$"):
         against_given(dropping(), fewer, FEW, setting=SETTING, name="part.mcap")
+
+
+def found_by(known: Catalogue, signals: Signals) -> Found:
+    """What a search of a simulation finds among these effects and all smooth terms."""
+    mine = dropping().found
+    assert mine is not None
+    evidence = as_noisy_as(mine, evidence_from(signals, SETTING))
+    rng = np.random.default_rng(1)
+    start = Model(mu_s=dropping().diagnosis.mu_s.value)
+    result = search(in_stages(evidence, tuple(known.values()), start=start, rng=rng, progress=print), rng, print)
+    return Found(evidence=evidence, search=result, posteriors=posteriors_of(result))
+
+
+def test_an_effect_that_the_simulation_shows_by_another_name_is_in_both() -> None:
+    """Half of a drop may be found as a smooth term, whose class has the drop in it."""
+    mine, theirs = dropping().found, found_by({}, simulated(model(0.35, 0.1)))
+    assert mine is not None
+    classes = {one.id: ("other", "kinetic_drop") for one in theirs.search.found}
+    assert classes
+    assert "kinetic_drop" not in classes
+    theirs = replace(theirs, posteriors=replace(theirs.posteriors, classes=classes))
+    (drop,) = compared_with_simulation(mine, theirs).effects
+    assert (drop.effect and drop.effect.id, drop.side) == ("kinetic_drop", "both")
+    (number,) = drop.reported
+    assert number.simulation.value == pytest.approx(0.1, abs=0.02)
+    assert number.recording.value == pytest.approx(0.2, abs=0.03)
+
+
+def test_only_numbers_that_are_told_apart_are_said() -> None:
+    clear, alike, bound = number("drop", 0.20, 0.10), number("creep", 0.05, 0.05), number("shape", 1.0, 0.0, held=True)
+    assert told_apart([alike, clear, bound], [], price=3.0) == (clear,)
+    assert told_apart([alike, number("drop", 0.12, 0.10), bound], [clear], price=3.0) == (clear,)  # as one
+
+
+def number(name: str, here: float, there: float, *, held: bool = False) -> Differs:
+    mine, theirs = (Value(value=value, sd=0.02, unit="1", at_bound=held) for value in (here, there))
+    return Differs(name=name, recording=mine, simulation=theirs)
 
 
 def test_a_simulation_with_too_little_in_it_is_one_sentence() -> None:
