@@ -1,4 +1,4 @@
-"""What a given simulation lacks: runs of the recording, slides of its blocks, or all that could be compared."""
+"""A given simulation may lack runs of the recording, slides of its blocks, or all that could be compared."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which numbers of an effect differ in recording and simulation, of those that are compared."""
+"""The numbers of an effect by which recording and simulation are told apart, of those that are compared."""
 
 from __future__ import annotations
 

@@ -161,7 +161,7 @@ def test_of_what_could_not_show_in_the_simulation_nothing_is_said() -> None:
     assert [(effect.id, effect.verdict) for effect in answer.effects] == [("kinetic_drop", "untestable")]
     assert answer.verdict == "not supported"
     assert "cannot be said" in sentence(answer)
-    assert math.isnan(answer.fit.before.path_median_mm)  # how its blocks would slide is not known
+    assert math.isnan(answer.fit.before.path_median_mm)
     assert "path error" not in told(answer)
 
 
@@ -228,7 +228,7 @@ def test_runs_that_a_simulation_lacks_are_counted() -> None:
 
 
 def found_by(known: Catalogue, signals: Signals) -> Found:
-    """What a search of a simulation finds among these effects and all smooth terms."""
+    """Everything that a search of a simulation finds, among these effects and all smooth terms."""
     mine = dropping().found
     assert mine is not None
     evidence = as_noisy_as(mine, evidence_from(signals, SETTING))
@@ -256,7 +256,7 @@ def test_an_effect_that_the_simulation_shows_by_another_name_is_in_both() -> Non
 def test_only_numbers_that_are_told_apart_are_said() -> None:
     clear, alike, bound = number("drop", 0.20, 0.10), number("creep", 0.05, 0.05), number("shape", 1.0, 0.0, held=True)
     assert told_apart([alike, clear, bound], [], price=3.0) == (clear,)
-    assert told_apart([alike, number("drop", 0.12, 0.10), bound], [clear], price=3.0) == (clear,)  # as one
+    assert told_apart([alike, number("drop", 0.12, 0.10), bound], [clear], price=3.0) == (clear,)
 
 
 def number(name: str, here: float, there: float, *, held: bool = False) -> Differs:

@@ -27,7 +27,8 @@ def best_known_line(
 ) -> tuple[Combination, ...]:
     """Returns the best known linear combination of the numbers that trade off; empty if none do.
 
-    A number at its bound is known to lie there, and a number that stands for itself has no part in it.
+    `covariance` (k, k) is that of the free numbers, in their units. A number at its bound is known to lie there, and a
+    number that stands for itself has no part in it.
     """
     inside = np.flatnonzero(~np.array(at_bound))
     inside = inside[inflation(covariance[np.ix_(inside, inside)]) > INFLATED]
@@ -36,11 +37,10 @@ def best_known_line(
     own = covariance[np.ix_(inside, inside)]
     numbers = [free[index] for index in inside.tolist()]
     factors, order = _best_known(own, np.array([one.typical for one in numbers]))
+    words = "".join(_words(float(factors[index]), numbers[index].name) for index in order)
     return (
         Combination(
-            expression="".join(_words(float(factors[index]), numbers[index].name) for index in order).removeprefix(
-                " + "
-            ),
+            expression=words.removeprefix(" + "),
             value=float(sum(factor * values[one.name] for factor, one in zip(factors, numbers, strict=True))),
             sd=float(np.sqrt(factors @ own @ factors)),
             unit=numbers[order[0]].unit,

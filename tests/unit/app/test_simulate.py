@@ -93,7 +93,7 @@ def test_it_says_what_scatter_does_to_the_comparison(
     simulated(tmp_path, *options)
     said = capsys.readouterr().out
     assert "scatters" not in said
-    assert ("The model has no scatter" in said) == bool(options)  # of a seed's draws one expects it
+    assert ("The model has no scatter" in said) == bool(options)
     (tmp_path / "scattered").mkdir()
     simulated(tmp_path / "scattered", *options, model=f"{MODEL}scatter = 0.06\n")
     said = capsys.readouterr().out
