@@ -29,9 +29,11 @@ def of_scatter(share: float, *, drawn: bool) -> list[str]:
     """Returns a sentence on what a scatter of friction, relative to its mean, does to a comparison of runs.
 
     A run was tilted until it slid, so that a simulation of it with more friction than it had ends before its onset.
+    Where there is none although a seed draws, that is said; of a share that is not known (nan), nothing.
     """
-    if share == 0.0:
-        return []
+    if not share > 0.0:
+        none = "The model has no scatter: its friction is the same in every run, whatever the seed"
+        return [none] if drawn and share == 0.0 else []
     has = "draws another for each run" if drawn else "has its mean"
     return [
         f"Friction scatters by {100 * share:.2g} % from run to run and the simulation {has}: tilted no further than "

@@ -79,6 +79,7 @@ def _against_the_users(
             simulation = replace(simulation, engine=cured, name=f"{simulation.name}, cured")
     progress(f"simulating the recorded commands with {simulation.name}")
     simulated = simulation.engine.repeat(recorded, AS_IT_IS, rig=rig)
+    gave = simulation.engine.gave if isinstance(simulation.engine, OwnFriction) else ""
     refuse_other_runs(recorded, simulated, name=simulation.name)
     known = catalogue_of_table(rig.physics)
 
@@ -89,7 +90,7 @@ def _against_the_users(
     takes_found = not (isinstance(engine, OwnFriction) and engine.why_not_rerun)
     given = against_given(
         examined, simulated, known, setting=setting, name=simulation.name, again=again if takes_found else None,
-        camera=not isinstance(engine, OwnFriction) or engine.has_camera, seed=seed, progress=progress,
+        camera=not isinstance(engine, OwnFriction) or engine.has_camera, gave=gave, seed=seed, progress=progress,
     )  # fmt: skip
     diagnosis = _rerun(given.diagnosis, recorded, given.parts, rig=rig, simulation=simulation, progress=progress)
     for more in (artefacts(simulated, mu_s=given.mu_s), diagnosis.numerics):  # the others show it less plainly

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from shared.errors import UserError
 from station.diagnosis import thresholds
 from station.diagnosis.answer import overall
 from station.diagnosis.diagnose import Examined, Recorded, evidence_from
+from station.diagnosis.given_lacks import all_hold, lacks, least_level, refuse_too_few, refuse_without_slides
 from station.diagnosis.inference.level import levelled
 from station.diagnosis.inference.values import values_of
 from station.diagnosis.observations.evidence import Evidence
@@ -45,6 +45,9 @@ SLIDES_SEEN = 0.5
 EARLIER = 3.0
 """It is then told as much less friction as is that many times the runs' scatter: nearly all its blocks slip before the
 recorded ones do, and slide for as long. `tests/recovery/test_given_simulation.py` shows what is said otherwise."""
+HALVED = 4
+"""While all its blocks hold, a simulation is asked with half of that again, so many times at most: the steepest of dry
+friction, 1.5 of rubber, is then below a tilt of 11°, and blocks that still hold do not obey the friction."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,6 +71,7 @@ def against_given(
     name: str,
     again: Again | None = None,
     camera: bool = True,
+    gave: str = "",
     seed: int = 1,
     progress: Progress = lambda _: None,
 ) -> Given:
@@ -81,28 +85,24 @@ def against_given(
         name: the simulation's name in the result.
         again: simulates it with a factor on its friction, if it can be told of one.
         camera: False for a simulation that gives paths: no effect of a camera can be in it.
+        gave: what the simulator gave for every run, in words, if that is why no block slides.
         seed: seeds the null's draws.
         progress: is called with a message before each step.
 
     Raises:
-        UserError: if too few of the simulation's runs can be compared.
+        UserError: if too few of the simulation's runs can be compared, or no block of them slides.
     """
     answer, recorded = examined.diagnosis, examined.found
     if recorded is None:
         return Given(diagnosis=answer)
     progress("reading the simulation")
     evidence = as_noisy_as(recorded, evidence_from(simulated, setting))
-    if evidence.used() < thresholds.LEAST_RUNS:
-        notes = "; ".join(evidence.notes) or "the others neither slide nor hold"
-        raise UserError(
-            f"Expected a simulation with at least {thresholds.LEAST_RUNS:g} runs that can be compared, "
-            f"got {evidence.used()} in {name}: {notes}"
-        )
-    friction = 1.0
+    refuse_too_few(recorded.evidence, evidence, simulated, name=name)
+    as_it_is, friction = evidence, 1.0
     if again is not None and _slides(evidence) < SLIDES_SEEN * _slides(recorded.evidence):
         progress("simulating with less friction: the slides are seen too briefly")
-        friction = _less_friction(recorded, evidence, answer.mu_s.value)
-        evidence = as_noisy_as(recorded, evidence_from(again(friction), setting))
+        evidence, friction = _with_less_friction(recorded, evidence, again, setting, answer.mu_s.value)
+    refuse_without_slides(answer, evidence, as_it_is=as_it_is, name=name, gave=gave)
     start, rng = Model(mu_s=answer.mu_s.value), np.random.default_rng(seed)
     staged = in_stages(
         evidence,
@@ -129,6 +129,7 @@ def against_given(
         fit=quality_of_given(recorded, theirs, compared, kept),
         simulator=name,
         given=True,
+        notes=(*physical.notes, *lacks(recorded.evidence, evidence, simulated, name=name)),
         global_p=min(1.0, 2.0 * least_p),
         located=located(recorded.evidence, [left]),
         next_experiment=_still_asked(answer, physical),
@@ -150,10 +151,26 @@ def _slides(evidence: Evidence) -> int:
     return 0 if evidence.slides is None else len(evidence.slides)
 
 
-def _less_friction(recorded: Found, simulated: Evidence, start: float) -> float:
-    """Returns the factor on a simulation's friction with which its blocks slip before the recorded ones do."""
-    own = levelled(simulated, Model(mu_s=start)).mu_s
-    wanted = start * math.exp(-EARLIER * recorded.search.model.noise.friction)
+def _with_less_friction(
+    recorded: Found, simulated: Evidence, again: Again, setting: Setting, mu_s: float
+) -> tuple[Evidence, float]:
+    """Returns a simulation whose blocks slip before the recorded ones do, and the factor on its friction for that."""
+    factor = _less_friction(recorded, simulated, Model(mu_s=mu_s))
+    for _ in range(HALVED):
+        simulated = as_noisy_as(recorded, evidence_from(again(factor), setting))
+        if not all_hold(simulated):
+            break
+        factor *= 0.5
+    return simulated, factor
+
+
+def _less_friction(recorded: Found, simulated: Evidence, start: Model) -> float:
+    """Returns the factor on a simulation's friction with which its blocks slip before the recorded ones do.
+
+    One whose blocks all hold has at least the friction that held them.
+    """
+    own = least_level(simulated, start) if all_hold(simulated) else levelled(simulated, start).mu_s
+    wanted = start.mu_s * math.exp(-EARLIER * recorded.search.model.noise.friction)
     return min(1.0, wanted / own)
 
 

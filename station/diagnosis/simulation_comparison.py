@@ -28,7 +28,7 @@ from station.diagnosis.predict.folds import Fold
 from station.diagnosis.result import Differs, Side, Value
 from station.diagnosis.search.posterior import Posteriors, called, probability_of
 from station.diagnosis.search.search import Search
-from station.diagnosis.search.unnamed import change
+from station.diagnosis.told_apart import change_of_smooth, determined_together, told_apart
 from station.physics.contact import Array
 from station.physics.effect import Effect
 from station.physics.model import Term
@@ -54,7 +54,7 @@ class EffectComparison:
     """One effect, or the level of friction (`effect` None), in the recording and in the simulation.
 
     `gain` is in twice the log likelihood, `twice_log_odds` are those that the numbers differ; `side` says who has it.
-    `reported` is what is said of the numbers: a smooth term's coefficients say little, the change that they make does.
+    `reported` is what is said of the numbers that are told apart (`told_apart`).
     """
 
     effect: Effect | None
@@ -154,18 +154,17 @@ def _fitted(one: Found, other: Found, effects: Sequence[Effect]) -> Fit:
     model = keeping(one.search.model.model, {effect.id for effect in effects})
     acting = {term.effect.id for term in model.terms}
     there = {term.effect.id: term.values for term in other.search.model.model.terms}
-    held = {effect.id: effect if effect.id in acting else _held(effect) for effect in effects}
+    sized = {effect.id: effect if effect.id in acting else held(effect) for effect in effects}
     for effect in effects:
         if effect.id not in acting:
             shapes = {p.name: there.get(effect.id, {}).get(p.name, p.neutral) for p in effect.parameters if p.is_shape}
-            model = model.with_term(Term(held[effect.id], {**effect.neutral(), **shapes}))
-    return fit(one.evidence, model, list(held.values()), noise=one.search.model.noise)
+            model = model.with_term(Term(sized[effect.id], {**effect.neutral(), **shapes}))
+    return fit(one.evidence, model, list(sized.values()), noise=one.search.model.noise)
 
 
-def _held(effect: Effect) -> Effect:
+def held(effect: Effect) -> Effect:
     """Returns the same law with its shapes as its term has them."""
-    sizes = tuple(parameter for parameter in effect.parameters if not parameter.is_shape)
-    return effect if sizes == effect.parameters else type("Held", (type(effect),), {"parameters": sizes})()
+    return effect.having(parameters=tuple(one for one in effect.parameters if not one.is_shape))
 
 
 def _level(recorded: Found, simulated: Found, fits: Sequence[Fit]) -> EffectComparison:
@@ -188,35 +187,49 @@ def _level_of(found: Found, fitted: Fit) -> Value:
 
 def _effect_compared(effect: Effect, recorded: Found, simulated: Found, fits: Sequence[Fit]) -> EffectComparison:
     """Compares one effect's numbers; its shapes count only where both were found to have the effect."""
-    has = [effect.id in {one.id for one in found.search.found} for found in (recorded, simulated)]
-    known = [
-        (tuple(one.name for one in free), covariance)
-        for free, covariance in (fitted.of_effect(effect.id) for fitted in fits)
-    ]
-    names = [name for name in known[0][0] if name in known[1][0]]
     terms = [next(term for term in fitted.model.terms if term.effect.id == effect.id) for fitted in fits]
-    each = [values_of(fitted, term) for fitted, term in zip(fits, terms, strict=True)]
-    numbers = tuple(
-        Differs(name=f"{effect.id}.{name}", recording=each[0][name], simulation=each[1][name]) for name in names
-    )
-    indices = [[there.index(name) for name in names] for there, _ in known]
-    parts = [covariance[np.ix_(kept, kept)] for (_, covariance), kept in zip(known, indices, strict=True)]
-    gain = _gain(numbers, parts[0] + parts[1])
+    each = zip((recorded, simulated), fits, terms, strict=True)
+    has = [_has(found, effect, fitted, term) for found, fitted, term in each]
+    numbers, covariance = _numbers(effect, fits, terms)
+    gain = _gain(numbers, covariance)
     odds = gain - _price(recorded, len(numbers))
     side: Side = "both" if all(has) or odds <= 0 else "recording" if has[0] else "simulation"
-    reported = _changes(recorded.evidence, fits, terms) or numbers
+    together = determined_together(recorded.evidence, fits, terms)
+    reported = change_of_smooth(recorded.evidence, fits, terms) or told_apart(
+        numbers, together, price=_price(recorded, 1)
+    )
     return EffectComparison(
         effect=effect, side=side, numbers=numbers, gain=gain, twice_log_odds=odds, reported=reported
     )
 
 
-def _changes(evidence: Evidence, fits: Sequence[Fit], terms: Sequence[Term]) -> tuple[Differs, ...]:
-    """Returns the change that a smooth term makes in recording and simulation; empty for a named effect."""
-    changes = [change(evidence, fitted, term, like=terms[0]) for fitted, term in zip(fits, terms, strict=True)]
-    mine, theirs = (None if one is None else one.known for one in changes)
-    if changes[0] is None or mine is None or theirs is None:
-        return ()
-    return (Differs(name=changes[0].expression, recording=mine, simulation=theirs),)
+def _numbers(effect: Effect, fits: Sequence[Fit], terms: Sequence[Term]) -> tuple[tuple[Differs, ...], Array]:
+    """Returns the k numbers of an effect that are free in both, and the covariance (k, k) of their differences."""
+    known = [
+        (tuple(one.name for one in free), covariance)
+        for free, covariance in (fitted.of_effect(effect.id) for fitted in fits)
+    ]
+    names = [name for name in known[0][0] if name in known[1][0]]
+    each = [values_of(fitted, term) for fitted, term in zip(fits, terms, strict=True)]
+    indices = [[there.index(name) for name in names] for there, _ in known]
+    parts = [covariance[np.ix_(kept, kept)] for (_, covariance), kept in zip(known, indices, strict=True)]
+    numbers = (Differs(name=f"{effect.id}.{name}", recording=each[0][name], simulation=each[1][name]) for name in names)
+    return tuple(numbers), parts[0] + parts[1]
+
+
+def _has(found: Found, effect: Effect, fitted: Fit, term: Term) -> bool:
+    """Returns true if an effect was found in one of the two, by this name or by one that cannot be told from it there.
+
+    By another name it counts if its sizes, which are fitted in that one's place, have to differ from none.
+    """
+    if effect.id in {one.id for one in found.search.found}:
+        return True
+    if not any(effect.id in found.posteriors.classes.get(one.id, ()) for one in found.search.found):
+        return False
+    free, covariance = fitted.of_effect(effect.id)
+    sizes = [index for index, one in enumerate(free) if not one.is_shape]
+    away = np.array([term.values[free[index].name] - free[index].neutral for index in sizes])
+    return _of_difference(away, covariance[np.ix_(sizes, sizes)]) > _price(found, len(sizes))
 
 
 def _gain(numbers: Sequence[Differs], covariance: Array) -> float:
@@ -224,7 +237,11 @@ def _gain(numbers: Sequence[Differs], covariance: Array) -> float:
 
     `covariance` (k, k) is that of their differences.
     """
-    apart = np.array([one.recording.value - one.simulation.value for one in numbers])
+    return _of_difference(np.array([one.recording.value - one.simulation.value for one in numbers]), covariance)
+
+
+def _of_difference(apart: Array, covariance: Array) -> float:
+    """Returns the gain in twice the log likelihood of a difference (k,) from none, with its covariance (k, k)."""
     return float(apart @ np.linalg.pinv(covariance, hermitian=True) @ apart)
 
 

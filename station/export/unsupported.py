@@ -36,7 +36,7 @@ def always_unsupported(pair: MeasuredPair) -> list[str]:
             f"The measured limit curve is no ellipse: the one written is off by up to "
             f"{math.degrees(pair.misfit_rad):.2f} degrees."
         )
-    return [*said, _scatter(pair), *pair.remarks]
+    return [*said, *_scatter(pair), *pair.remarks]
 
 
 def no_kinetic(pair: MeasuredPair, *, engine: str) -> str:
@@ -69,10 +69,13 @@ def pyramid_excess_rad(pair: MeasuredPair) -> float:
     return float((np.arctan(corner) - pair.angle_rad(_CIRCLE)).max())
 
 
-def _scatter(pair: MeasuredPair) -> str:
+def _scatter(pair: MeasuredPair) -> list[str]:
+    """Returns the sentence on the scatter that is left out; empty where runs do not scatter."""
     if math.isnan(pair.scatter):
-        return "Scatter from run to run is left out; the measurement does not state it."
-    return (
+        return ["Scatter from run to run is left out; the measurement does not state it."]
+    if pair.scatter == 0.0:
+        return []
+    return [
         f"Scatter from run to run is left out: multiply both coefficients by exp({pair.scatter:.4f} z), "
         "z normal, once a run."
-    )
+    ]

@@ -13,6 +13,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType, ModuleType
+from typing import Any
 
 from shared.config import Table, own_folders, parse
 from shared.errors import UserError
@@ -102,7 +103,11 @@ def effect_in(file: str) -> Effect:
         UserError: as `catalogue` does.
     """
     effect = _effect_of(_imported(Path(file)))
-    copyreg.pickle(type(effect), lambda _: (effect_in, (file,)))  # pyright: ignore[reportArgumentType]: of any class
+
+    def reduced(one: Any) -> tuple[Any, ...]:
+        return effect_in, (file,), vars(one)
+
+    copyreg.pickle(type(effect), reduced)
     return effect
 
 

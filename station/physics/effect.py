@@ -16,7 +16,7 @@ from __future__ import annotations
 import functools
 from abc import ABC
 from collections.abc import Mapping
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, Self
 
 from station.physics.contact import Array, Contact, View
 from station.physics.parameter import Parameter
@@ -177,6 +177,15 @@ class Effect(ABC):
     def __repr__(self) -> str:
         """Returns the expression that makes an equal effect."""
         return f"{type(self).__name__}()"
+
+    def having(self, *, parameters: tuple[Parameter, ...], id: str = "") -> Self:
+        """Returns the same law with other parameters, and under another `id` if one is given.
+
+        It stays one of its own class: another process, which knows no class that was made here, can be sent it.
+        """
+        other = object.__new__(type(self))
+        vars(other).update(vars(self), parameters=parameters, id=id or self.id)
+        return other
 
     # --- about the effect -----------------------------------------------------------------------------------------
 

@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from shared.messages import Sample
 from station.physics.contact import Array
 from station.signals.session import Signals
+from station.signals.tracks import Times
 from station.simulators import figures
 from station.simulators.recorded_runs import Poses, poses_of, recorded_runs
 
@@ -66,7 +68,7 @@ def errors(recorded: Signals, simulated: Signals) -> Errors:
 
     Each run counts from its begin.
 
-    A run that the simulation lacks has none.
+    A run that the simulation lacks has none, and a slide that it does not show no path: some tell onsets alone.
     """
     runs = recorded_runs(recorded)
     again = {run.run: run for run in recorded_runs(simulated)}
@@ -85,12 +87,24 @@ def errors(recorded: Signals, simulated: Signals) -> Errors:
         if same is not None:
             later_ns = same.tilt_ns - run.tilt_ns
             theirs = simulated_poses.between(begin_ns + later_ns - STEP_NS, run.end_ns + later_ns + STEP_NS)
-            path[index], turn[index] = _apart(recorded_poses.between(begin_ns, run.end_ns), theirs, later_ns=later_ns)
+            mine = recorded_poses.between(begin_ns, run.end_ns)
+            if not _hidden(mine.time_ns + later_ns, theirs.time_ns, second):
+                path[index], turn[index] = _apart(mine, theirs, later_ns=later_ns)
     return Errors(run=np.array([run.run for run in runs]), onset_deg=onset, path_mm=path, turn_deg=turn)
 
 
 STEP_NS = 200_000_000
 """The longest time between simulated places in which the block is looked for: a camera of 5 Hz shows no slide."""
+
+
+def _hidden(wanted_ns: Times, known_ns: Times, sample: Sample | None) -> bool:
+    """Returns true if a simulated slide is asked for at `wanted_ns` (n,), and is not seen at `known_ns` (k,).
+
+    All times are in the simulation's clock, ns.
+    """
+    if sample is None or sample.censored or not (wanted_ns > sample.slip_ns).any():
+        return False
+    return not ((known_ns > sample.slip_ns) & (known_ns <= wanted_ns.max())).any()
 
 
 def _apart(recorded: Poses, simulated: Poses, *, later_ns: int) -> tuple[float, float]:

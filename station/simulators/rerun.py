@@ -122,7 +122,7 @@ def rerun_in_parts(
     name = name or (engine if isinstance(engine, str) else type(engine).__name__)
     some = some_runs(recorded, runs)
     why = own.why_not_rerun if isinstance(own, OwnFriction) else ""
-    found: dict[str, list[Errors]] = {}
+    found, repeated = dict[str, list[Errors]](), set[int]()
     for part in parts:
         chosen = only_runs(some, part.runs)
         if chosen is None:
@@ -134,6 +134,7 @@ def rerun_in_parts(
                 found.setdefault("after_own_level", []).append(found["before_own_level"][-1])
                 continue
             plain = own.repeat(chosen, model, rig=rig)
+            repeated |= set(plain.runs)
             found.setdefault(label, []).append(errors(chosen, plain))
             if not why:
                 level = errors(chosen, levelled(chosen, plain, model, rig=rig, engine=own, reading=reading))
@@ -141,7 +142,8 @@ def rerun_in_parts(
     if not found:
         raise UserError("Expected runs that can be simulated again among those that were diagnosed, found none")
     joined = {label: Errors.joined(each) for label, each in found.items()}
-    return Rerun(engine=name, runs=some.runs, held_out=len(parts) > 1, why=why, **joined)
+    there = tuple(run for run in some.runs if run in repeated)  # a recorded simulation may have fewer
+    return Rerun(engine=name, runs=there, held_out=len(parts) > 1, why=why, **joined)
 
 
 def some_runs(recorded: Signals, count: int) -> Signals:

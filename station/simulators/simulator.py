@@ -49,11 +49,13 @@ class OwnFriction:
 
     `AS_IT_IS` leaves it as it is. `why_not_rerun` is the reason, in one sentence, why it cannot be run with the
     friction and pushes that were found; empty: it can. `has_camera` is False if it gives paths, which the tool itself
-    turns into what the camera would see.
+    turns into what the camera would see. `gave` says what it gave for every run when it last repeated a session, where
+    that may be why its blocks hold; empty: it gave paths or onsets.
     """
 
     why_not_rerun: str = ""
     has_camera: bool = False
+    gave: str = ""
 
 
 class Refinable(OwnFriction):

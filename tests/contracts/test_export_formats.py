@@ -98,3 +98,9 @@ def test_nothing_unknown_becomes_a_number(name: str):
     unknown = replace(PAIRS["steel_on_wood"], scatter=math.nan, kinetic_ratio=math.nan)
     for file in files(name, [unknown]):
         assert not re.search(r"\bnan\b|\bNaN\b|\binf\b", file.text)
+
+
+@every_format
+def test_of_runs_that_do_not_scatter_no_scatter_is_left_out(name: str):
+    for file in files(name, [replace(PAIRS["steel_on_wood"], scatter=0.0)]):
+        assert not [sentence for sentence in file.unsupported if "catter from run to run" in sentence]

@@ -5,30 +5,40 @@ A simulator that is called stands in this file, too: its recording is one that i
 
 from __future__ import annotations
 
+import io
+import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from rich.console import Console
 
 from shared.errors import UserError
 from station.app import simulated_again
 from station.diagnosis import given
-from station.diagnosis.diagnose import Examined, examined
+from station.diagnosis.diagnose import Examined, evidence_from, examined
 from station.diagnosis.given import against_given
 from station.diagnosis.inference.columns import Scores
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.report.sentences import sentence
-from station.diagnosis.result import Diagnosis
+from station.diagnosis.report.summary import summary
+from station.diagnosis.result import Diagnosis, Differs, Value
 from station.diagnosis.result_json import as_json
-from station.diagnosis.search.search import Stage, looked_at
-from station.physics.catalogue import catalogue
+from station.diagnosis.search.posterior import posteriors_of
+from station.diagnosis.search.search import Stage, in_stages, looked_at, search
+from station.diagnosis.simulation_comparison import Found, as_noisy_as, compared_with_simulation
+from station.diagnosis.told_apart import told_apart
+from station.physics.catalogue import Catalogue, catalogue
 from station.physics.effect import Effect
-from station.physics.model import Term
+from station.physics.model import Model, Term
 from station.signals.session import Signals
+from station.simulators.rerun import only_runs
 from station.simulators.simulator import simulator
 from tests.recovery import given_simulator
 from tests.recovery.given_sessions import NEAR, SETTING, known, model, recording, session, simulated
@@ -162,6 +172,14 @@ def test_of_what_could_not_show_in_the_simulation_nothing_is_said() -> None:
     assert [(effect.id, effect.verdict) for effect in answer.effects] == [("kinetic_drop", "untestable")]
     assert answer.verdict == "not supported"
     assert "cannot be said" in sentence(answer)
+    assert math.isnan(answer.fit.before.path_median_mm)
+    assert "path error" not in told(answer)
+
+
+def told(answer: Diagnosis) -> str:
+    console = Console(width=200, record=True, file=io.StringIO())
+    console.print(summary(answer))
+    return console.export_text()
 
 
 def test_a_simulation_whose_slides_are_not_seen_is_asked_again_with_less_friction() -> None:
@@ -179,6 +197,82 @@ def test_a_simulation_whose_slides_are_not_seen_is_asked_again_with_less_frictio
     assert claimed == [("kinetic_drop", "recording")]
     assert given.mu_s == pytest.approx(0.35, rel=0.01)
     assert not [one for one in given.diagnosis.differs if one.name == "mu_s"]
+
+
+def test_of_a_simulation_whose_blocks_all_hold_only_a_lower_limit_is_said() -> None:
+    holds = simulated(model(1.4, 0.0))
+    with pytest.raises(
+        UserError, match=r"in sim\.mcap the block held in each of 42 runs: its mu_s is at least"
+    ) as told_of:
+        against_given(dropping(), holds, FEW, setting=SETTING, name="sim.mcap")
+    (least,) = re.findall(r"at least ([0-9.]+),", str(told_of.value))
+    assert 0.35 < float(least) < 1.4
+    with pytest.raises(
+        UserError, match=r"my_sim\.py gave None for each of 42 runs: .* look whether it returns its path"
+    ):
+        against_given(dropping(), holds, FEW, setting=SETTING, name="my_sim.py", gave="gave None for")
+
+
+def test_a_simulator_whose_blocks_all_hold_is_asked_with_less_friction_until_they_slide() -> None:
+    asked = list[float]()
+
+    def again(friction: float) -> Signals:
+        asked.append(friction)
+        return simulated(model(1.4 * friction, 0.0))
+
+    given = against_given(dropping(), simulated(model(1.4, 0.0)), FEW, setting=SETTING, name="my_sim.py", again=again)
+    assert len(asked) > 1
+    assert given.mu_s == pytest.approx(1.4, rel=0.02)
+    (level,) = [one for one in given.diagnosis.differs if one.name == "mu_s"]
+    assert level.simulation.value == pytest.approx(1.4, rel=0.02)
+
+
+def test_runs_that_a_simulation_lacks_are_counted() -> None:
+    whole = simulated(model(0.35, 0.2))
+    part, fewer = only_runs(whole, range(1, 26)), only_runs(whole, range(1, 10))
+    assert part is not None
+    assert fewer is not None
+    answer = against_given(dropping(), part, FEW, setting=SETTING, name="part.mcap").diagnosis
+    assert "part.mcap lacks 17 of the recording's 42 runs, which are compared with nothing" in answer.notes
+    with pytest.raises(UserError, match=r"got 9 in part\.mcap: it lacks 33 of the recording's 42 runs$"):
+        against_given(dropping(), fewer, FEW, setting=SETTING, name="part.mcap")
+
+
+def found_by(known: Catalogue, signals: Signals) -> Found:
+    """Everything that a search of a simulation finds, among these effects and all smooth terms."""
+    mine = dropping().found
+    assert mine is not None
+    evidence = as_noisy_as(mine, evidence_from(signals, SETTING))
+    rng = np.random.default_rng(1)
+    start = Model(mu_s=dropping().diagnosis.mu_s.value)
+    result = search(in_stages(evidence, tuple(known.values()), start=start, rng=rng, progress=print), rng, print)
+    return Found(evidence=evidence, search=result, posteriors=posteriors_of(result))
+
+
+def test_an_effect_that_the_simulation_shows_by_another_name_is_in_both() -> None:
+    """Half of a drop may be found as a smooth term, whose class has the drop in it."""
+    mine, theirs = dropping().found, found_by({}, simulated(model(0.35, 0.1)))
+    assert mine is not None
+    classes = {one.id: ("other", "kinetic_drop") for one in theirs.search.found}
+    assert classes
+    assert "kinetic_drop" not in classes
+    theirs = replace(theirs, posteriors=replace(theirs.posteriors, classes=classes))
+    (drop,) = compared_with_simulation(mine, theirs).effects
+    assert (drop.effect and drop.effect.id, drop.side) == ("kinetic_drop", "both")
+    (number,) = drop.reported
+    assert number.simulation.value == pytest.approx(0.1, abs=0.02)
+    assert number.recording.value == pytest.approx(0.2, abs=0.03)
+
+
+def test_only_numbers_that_are_told_apart_are_said() -> None:
+    clear, alike, bound = number("drop", 0.20, 0.10), number("creep", 0.05, 0.05), number("shape", 1.0, 0.0, held=True)
+    assert told_apart([alike, clear, bound], [], price=3.0) == (clear,)
+    assert told_apart([alike, number("drop", 0.12, 0.10), bound], [clear], price=3.0) == (clear,)
+
+
+def number(name: str, here: float, there: float, *, held: bool = False) -> Differs:
+    mine, theirs = (Value(value=value, sd=0.02, unit="1", at_bound=held) for value in (here, there))
+    return Differs(name=name, recording=mine, simulation=theirs)
 
 
 def test_a_simulation_with_too_little_in_it_is_one_sentence() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -76,7 +77,7 @@ def simulate(
     said = {SIMULATED_FROM: Path(recorded.name).name, "simulator": simulator}
     if seed is not None:
         said["simulation_seed"] = str(seed)
-    scatter = 0.0 if isinstance(engine, OwnFriction) else chosen.scatter
+    scatter = math.nan if isinstance(engine, OwnFriction) else chosen.scatter
     return Simulated(recorded, signals, rig=config, said=said, model_toml=text, scatter=scatter)
 
 
@@ -112,7 +113,7 @@ class Simulated(Recording):
     ) -> None:
         """Takes what was simulated; `said` and `model_toml` go into the recording that `write` makes.
 
-        `scatter` is that of the model's friction from run to run, relative to its mean.
+        `scatter` is that of the model's friction from run to run, relative to its mean; nan where it is not known.
         """
         super().__init__(recorded.reader)
         self.recorded = recorded

@@ -16,6 +16,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from station.diagnosis.inference.best_known import INFLATED, best_known_line, inflation
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.inference.parameters import moved
 from station.diagnosis.observations.evidence import Evidence
@@ -25,13 +26,6 @@ from station.physics.effect import Values
 from station.physics.model import Model, Term
 from station.physics.parameter import Parameter
 from station.physics.speed_slope import OF_STATIC
-
-INFLATED = 3.0
-"""A number says little alone if its standard error is more than this times that with the other numbers given.
-
-Three is a correlation of .94 between two numbers. `station diagnose --json` of a case with it at 1 or 10 shows which
-combinations come and go; no claim depends on it.
-"""
 
 STEP = 1e-3
 """The step of the derived quantities' slopes, in typical sizes of a parameter."""
@@ -45,7 +39,7 @@ def determined(evidence: Evidence, fitted: Fit, term: Term) -> tuple[Combination
     contact = _contact(evidence)
     offered = {} if contact is None else term.effect.derived(contact, term.values)
     if entangled and (contact is None or not offered):
-        return (_line(free, covariance, term.values),)
+        return best_known_line(free, covariance, term.values, held)
     unseen = [name for name, (_, unit) in offered.items() if unit == OF_STATIC and evidence.onsets is None]
     found = [_coefficient(evidence, fitted, term, name) for name in unseen]
     if not entangled or contact is None:
@@ -94,8 +88,7 @@ def _coefficient(evidence: Evidence, fitted: Fit, term: Term, expression: str) -
 
 def _entangled(covariance: Array, at_bound: list[bool]) -> bool:
     """Returns true if a number is at its bound, or its standard error falls by INFLATED when the others are given."""
-    alone = np.diag(covariance) * np.diag(np.linalg.pinv(covariance, hermitian=True))
-    return any(at_bound) or bool(np.any(alone > INFLATED**2))
+    return any(at_bound) or bool(np.any(inflation(covariance) > INFLATED))
 
 
 def _slopes(
@@ -108,23 +101,6 @@ def _slopes(
         moved = derived({**values, one.name: values[one.name] + step})
         columns.append({name: (moved[name][0] - value) / step for name, (value, _) in middle.items()})
     return {name: np.array([column[name] for column in columns]) for name in middle}
-
-
-def _line(free: tuple[Parameter, ...], covariance: Array, values: Values) -> Combination:
-    """Gives the linear combination with the smallest variance in typical sizes; its largest number has the factor 1."""
-    typical = np.array([one.typical for one in free])
-    _, axes = np.linalg.eigh(covariance / np.outer(typical, typical))
-    factors = axes[:, 0] / typical
-    first = int(np.argmax(np.abs(axes[:, 0])))
-    factors = factors / factors[first]
-    order = [first, *(index for index in range(len(free)) if index != first)]
-    words = [free[first].name, *(f"{factors[index]:+.3g} {free[index].name}" for index in order[1:])]
-    return Combination(
-        expression=" ".join(words),
-        value=float(sum(factor * values[one.name] for factor, one in zip(factors, free, strict=True))),
-        sd=float(np.sqrt(factors @ covariance @ factors)),
-        unit=free[first].unit,
-    )
 
 
 def _contact(evidence: Evidence) -> Contact | None:

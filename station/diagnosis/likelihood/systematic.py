@@ -117,8 +117,7 @@ def _allowed(effect: Effect) -> Term:
     wide = tuple(
         replace(parameter, typical=thresholds.PLAUSIBLE * parameter.typical) for parameter in effect.parameters
     )
-    same = type("Allowed", (type(effect),), {"id": f"_{effect.id}", "parameters": wide})()
-    return Term(same, effect.neutral())
+    return Term(effect.having(id=f"_{effect.id}", parameters=wide), effect.neutral())
 
 
 def is_nuisance(effect: Effect) -> bool:

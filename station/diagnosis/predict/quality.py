@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -140,6 +140,12 @@ def quality(held: HeldOut) -> Quality:
     }
     values = {name: figure.value for name, figure in found.items()}
     return Quality(**values, se={name: figure.sd for name, figure in found.items()})
+
+
+def without_slides(known: Quality) -> Quality:
+    """Returns the summary without the errors of slides."""
+    unknown = dict.fromkeys(("path_rmse_mm", "path_median_mm", "turn_rmse_deg", "turn_median_deg"), math.nan)
+    return replace(known, **unknown, se={**known.se, **unknown})
 
 
 def _floor_deg(evidence: Evidence, after: Fit) -> float:

@@ -10,7 +10,7 @@ from station.diagnosis.inference.level import as_simulated
 from station.diagnosis.likelihood.systematic import claimable, keeping
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.predict.folds import Fold
-from station.diagnosis.predict.quality import compared, of_folds
+from station.diagnosis.predict.quality import compared, of_folds, without_slides
 from station.diagnosis.result import FitQuality
 from station.diagnosis.simulation_comparison import Found, SimulationComparison
 from station.physics.between import between
@@ -26,11 +26,13 @@ def quality_of_given(
     """Returns the scores of the recording's unseen runs by the simulation's numbers, and by the recording's own.
 
     The simulation's friction and effects are taken as they were fitted to it, and the recording's noise and
-    readings are fitted around them; `kept` are the effects that count as found in either.
+    readings are fitted around them; `kept` are the effects that count as found in either. Of a simulation that shows no
+    slide there are no errors of slides: how its blocks slide would be a guess.
     """
     given = model_of(simulated, comparison.simulation, kept)
     folds = [replace(fold, before=_as_given(fold.of(recorded.evidence), given, fold.before)) for fold in recorded.folds]
-    return compared(recorded.evidence, of_folds(recorded.evidence, folds), recorded.search.model)
+    found = compared(recorded.evidence, of_folds(recorded.evidence, folds), recorded.search.model)
+    return found if simulated.evidence.slides is not None else replace(found, before=without_slides(found.before))
 
 
 def parts_of_given(

@@ -127,7 +127,7 @@ def _rerun(rerun: Mapping[str, Any]) -> list[list[str]]:
         if said:
             rows.append([escape(f"{rerun.get('engine', '')}, {when}"), *_cells(said)])
         if said.get("own_level") and own_level(rerun):
-            name = f"{rerun.get('engine', '')}, {when}, at {own_level(rerun)}"
+            name = f"{rerun.get('engine', '')}, {when}, {own_level(rerun)}"
             rows.append([escape(name), *_cells(said["own_level"])])
     return rows
 

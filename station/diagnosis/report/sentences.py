@@ -77,12 +77,13 @@ def as_expected(ratio: str) -> str:
 
 
 def own_level(rerun: Mapping[str, Any]) -> str:
-    """Names whose own level of friction a simulator was run again with; empty if no run has an onset that tells it."""
+    """Says which runs a simulator did at their own level of friction; empty if no run has an onset that tells it."""
     before = rerun.get("before") or {}
     known, runs = before.get("onsets", 0), rerun.get("runs", 0)
     if not known or "own_level" not in before:
         return ""
-    return "each run's own level" if known >= runs else f"the own level of {known} of {runs} runs"
+    which = "each run at its" if known >= runs else f"{known} of {runs} runs at their"
+    return f"{which} own level of friction"
 
 
 _CLAIMS: dict[Side, str] = {

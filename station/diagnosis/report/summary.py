@@ -64,7 +64,8 @@ def _headline(diagnosis: Diagnosis) -> Text:
     line = Text()
     line.append(f"{diagnosis.recording}: ")
     line.append(sentence(diagnosis), style=f"bold {_COLOUR[diagnosis.verdict]}")
-    line.append(f"  ({used(diagnosis)}, global p = {diagnosis.global_p:.2g})")
+    tested = f", global p = {diagnosis.global_p:.2g}" if diagnosis.candidates_tried else ""
+    line.append(f"  ({used(diagnosis)}{tested})")
     return line
 
 
@@ -92,7 +93,7 @@ def _simulated(diagnosis: Diagnosis) -> list[RenderableType]:
         (_ONSETS, before, after, ""),
         (_PATHS, before, after, ""),
         (_TURNS, before, after, ""),
-        (_PATHS, own_before, own_after, f" at {own_level(rerun)} of friction"),
+        (_PATHS, own_before, own_after, f", {own_level(rerun)}"),
     ):
         if cells := _cells(error, then):
             table.add_row(error.words + words, cells, *([_cells(error, since)] if after else []))
@@ -141,7 +142,8 @@ def _how_much(effect: EffectFound) -> str:
     known = [f"{one.expression}: {one.known}" for one in effect.determined]
     if known and effect.id == "other":  # its coefficients say nothing else
         return "; ".join(known)
-    single = {name: value for name, value in effect.parameters.items() if not (known and value.at_bound)}
+    inside = known or any(not value.at_bound for value in effect.parameters.values())
+    single = {name: value for name, value in effect.parameters.items() if not (inside and value.at_bound)}
     values = ", ".join(f"{read_name(name, value.unit)} = {value}" for name, value in single.items())
     held = [
         f"{read_name(name, one.unit)} is at its bound" for name, one in effect.parameters.items() if name not in single

@@ -32,13 +32,18 @@ class Answer(NamedTuple):
     onset_s: float
     known: bool
 
+    @property
+    def is_nothing(self) -> bool:
+        """True if neither a path nor an onset was given: the block held."""
+        return self.known and len(self.t_s) == 1
+
     def at(self, time_s: Array) -> Array:
         """Returns the poses (m, 3) at `time_s` (m,), s, by cubics that never overshoot.
 
         Before the path begins and after it ends the block lies where it was. They are nan after the onset where nothing
         is known.
         """
-        if self.known and len(self.t_s) == 1:
+        if self.is_nothing:
             return np.repeat(self.pose, len(time_s), axis=0)
         if self.known:
             return PchipInterpolator(self.t_s, self.pose)(np.clip(time_s, self.t_s[0], self.t_s[-1]))

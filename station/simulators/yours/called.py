@@ -52,6 +52,7 @@ class Called(OwnFriction):
             self._run(commands.rows(slice(row, row + 1)), model, float(chances.friction[row]))
             for row in range(len(commands))
         ]
+        self.gave = "gave None or nan (the block held) for" if all(answer.is_nothing for answer in answers) else ""
         onset_s = np.array([answer.onset_s for answer in answers])
         path = np.stack([answer.at(own) for answer, own in zip(answers, stamps - delay_s, strict=True)])
         return Motions(

@@ -91,7 +91,9 @@ def test_it_says_what_scatter_does_to_the_comparison(
 ) -> None:
     """Half of the runs that do not slide looks like a failure, and is what a model with the right mean gives."""
     simulated(tmp_path, *options)
-    assert "scatters" not in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "scatters" not in said
+    assert ("The model has no scatter" in said) == bool(options)
     (tmp_path / "scattered").mkdir()
     simulated(tmp_path / "scattered", *options, model=f"{MODEL}scatter = 0.06\n")
     said = capsys.readouterr().out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
@@ -88,12 +89,28 @@ def test_of_a_law_that_offers_nothing_the_best_known_line_is_given() -> None:
     assert 0.0 < line.sd < 0.2 * (size[0] if line.unit == "1" and line.expression.startswith("per") else size[1])
 
 
+def test_numbers_that_do_not_trade_off_have_no_part_in_the_line() -> None:
+    """A third number stands for itself: the line is of the first two. One of them at its bound leaves none."""
+    evidence, found = _entangled()
+    creep = found.model.terms[-1].values["creep_share"]
+    (line,) = determined(evidence, found, Term(_Silent(), found.model.terms[-1].values))
+    assert re.fullmatch(r"(per_e_fold|slower_decades) [+-] [0-9.]+ (per_e_fold|slower_decades)", line.expression)
+    (same,) = determined(evidence, found, Term(_Silent(), {**found.model.terms[-1].values, "creep_share": creep + 0.1}))
+    assert same.value == line.value
+    bound = _with(found, "slower_decades", high=True)
+    assert determined(evidence, bound, Term(_Silent(), bound.model.terms[-1].values)) == ()
+
+
+def _with(found: Fit, name: str, *, high: bool) -> Fit:
+    place = next(k for k, one in enumerate(found.free) if one.parameter and one.parameter.name == name)
+    vector = found.vector.copy()
+    vector[place] = found.free[place].high if high else found.free[place].low
+    return replace(found, vector=vector)
+
+
 def test_a_number_at_its_bound_says_so_and_has_an_error() -> None:
     evidence, found = _strengthening()
-    place = next(k for k, one in enumerate(found.free) if one.parameter and one.parameter.name == "slower_decades")
-    vector = found.vector.copy()
-    vector[place] = found.free[place].high
-    held = replace(found, vector=vector)
+    held = _with(found, "slower_decades", high=True)
     assert held.at_bound("rate_strengthening", "slower_decades")
     assert not held.at_bound("rate_strengthening", "per_e_fold")
     assert held.sd("rate_strengthening", "slower_decades") > 0.0

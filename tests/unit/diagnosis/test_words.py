@@ -45,6 +45,20 @@ def test_a_recording_that_tells_nothing_prints_no_nan() -> None:
     assert not re.search(r"\bnan\b", html_page(found.diagnosis, found.pictures) + told(found.diagnosis))
 
 
+def test_what_was_not_tested_has_no_p() -> None:
+    few = examined(samples(runs=5), catalogue()).diagnosis
+    assert few.verdict == "untestable"
+    assert "global p" not in told(few)
+    assert "global p" in told(grained().diagnosis)
+
+
+def test_of_a_number_at_its_bound_only_that_is_said() -> None:
+    answer = grained().diagnosis
+    inside, held = (Value(value=0.5, sd=0.1, unit="1", at_bound=at_bound) for at_bound in (False, True))
+    effect = replace(answer.effects[0], parameters={"size": inside, "shape": held}, determined=())
+    assert "size = 0.50 ± 0.10; shape is at its bound" in told(replace(answer, effects=(effect,)))
+
+
 def test_the_plain_model_explains_nothing_that_is_beyond_chance() -> None:
     plain = replace(grained().diagnosis, effects=(), located=(), verdict="not supported")
     assert "explains" not in sentence(replace(plain, global_p=1e-6))
@@ -91,8 +105,8 @@ def test_other_says_on_what_it_depends_and_how_strongly() -> None:
 @pytest.mark.parametrize(
     ("before", "words"),
     [
-        ({"onsets": 60, "own_level": {}}, "each run's own level"),
-        ({"onsets": 57, "own_level": {}}, "the own level of 57 of 60 runs"),
+        ({"onsets": 60, "own_level": {}}, "each run at its own level of friction"),
+        ({"onsets": 57, "own_level": {}}, "57 of 60 runs at their own level of friction"),
         ({"onsets": 0, "own_level": {}}, ""),
         ({"onsets": 60}, ""),
     ],

@@ -6,6 +6,7 @@ import pickle
 import subprocess
 import sys
 import textwrap
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -73,6 +74,14 @@ def test_an_effect_travels_to_another_process(tmp_path: Path) -> None:
     back = pickle.loads(there.stdout)
     assert back == model
     assert [term.effect.title for term in back.terms] == ["a gust of air", known["wear"].title]
+
+
+def test_an_effect_that_has_other_parameters_keeps_them_there(tmp_path: Path) -> None:
+    gust = catalogue([written(tmp_path, GUST)])["gust"]
+    wider = gust.having(id="_gust", parameters=tuple(replace(one, typical=2 * one.typical) for one in gust.parameters))
+    back = pickle.loads(pickle.dumps(wider))
+    assert (back.id, back.parameters) == ("_gust", wider.parameters)
+    assert (gust.id, gust.parameters) != (back.id, back.parameters)
 
 
 def test_an_edited_file_is_read_anew(tmp_path: Path) -> None:

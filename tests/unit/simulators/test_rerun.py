@@ -15,8 +15,8 @@ from station.signals.session import Signals
 from station.simulators.errors import errors
 from station.simulators.levelled import Slide
 from station.simulators.recorded_runs import recorded_runs
-from station.simulators.rerun import Rerun, by_engine, rerun, some_runs
-from station.simulators.simulator import simulator
+from station.simulators.rerun import Rerun, by_engine, only_runs, rerun, some_runs
+from station.simulators.simulator import AS_IT_IS, RecordedSimulation, simulator
 from tests.unit.simulators.test_planar_session import MU, golden, tossed, with_effect
 
 DROP = 0.2
@@ -88,6 +88,13 @@ def test_fewer_runs_are_spread_over_the_session() -> None:
     part = rerun(truth(), Model(mu_s=MU), Model(mu_s=MU), rig=golden()[1], engine="planar", runs=2)
     assert part.runs == (1, 3)
     assert list(part.before.run) == [1, 3]
+
+
+def test_of_a_recorded_simulation_its_own_runs_are_counted() -> None:
+    fewer = only_runs(truth(), [1, 3])
+    assert fewer is not None
+    table = rerun(truth(), AS_IT_IS, AS_IT_IS, rig=golden()[1], engine=RecordedSimulation(fewer)).table()
+    assert table["runs"] == table["before"]["onsets"] == 2
 
 
 def test_tosses_have_paths_only() -> None:

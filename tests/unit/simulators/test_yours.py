@@ -15,8 +15,10 @@ import pytest
 
 from shared.errors import UserError
 from shared.rig import RigConfig
+from station.diagnosis.simulation_comparison import held
 from station.physics.between import between
 from station.physics.catalogue import catalogue
+from station.physics.effect import Effect
 from station.physics.model import Model, Term
 from station.signals.session import Signals
 from station.signals.tracks import AttitudeTrack
@@ -27,6 +29,7 @@ from station.simulators.recorded_runs import recorded_runs
 from station.simulators.simulator import Simulator, opened, simulator
 from station.simulators.yours.called import of_function
 from station.simulators.yours.found import Found
+from station.simulators.yours.function import loaded
 from station.simulators.yours.run import Run, run_of
 from tests.unit.diagnosis import recorded as sessions
 from tests.unit.simulators.point_block import point_block
@@ -141,11 +144,29 @@ def test_an_onset_alone_leaves_the_slide_unseen() -> None:
     assert frames.found[frames.time_ns < again.samples[0].slip_ns].any()
 
 
+def test_a_slide_that_is_not_told_has_no_path_error() -> None:
+    signals, rig = golden()
+    found = errors(signals, of_function(always(2.0)).repeat(signals, AS_IT_IS, rig=rig))
+    assert np.isfinite(found.onset_deg).all()
+    assert np.isnan(found.path_mm).all()
+    assert np.isnan(found.turn_deg).all()
+    holding = errors(signals, of_function(always(None)).repeat(signals, AS_IT_IS, rig=rig))
+    assert np.isfinite(holding.path_mm).all()  # it lies where it was put
+
+
 @pytest.mark.parametrize("nothing", [None, math.nan])
 def test_a_block_that_holds_has_no_onset(nothing: float | None) -> None:
     signals, rig = golden()
     again = of_function(always(nothing)).repeat(signals, AS_IT_IS, rig=rig)
     assert all(sample.censored for sample in again.samples)
+
+
+def test_a_function_that_gives_nothing_for_every_run_is_known_by_it() -> None:
+    signals, rig = golden()
+    for function, said in ((always(None), "gave None or nan (the block held) for"), (always(2.0), "")):
+        simulated = of_function(function)
+        simulated.repeat(signals, AS_IT_IS, rig=rig)
+        assert simulated.gave == said
 
 
 def test_it_is_a_simulator_like_ours() -> None:
@@ -287,3 +308,45 @@ def test_a_file_may_print_and_import_its_neighbours(tmp_path: Path) -> None:
     again = opened(f"{tmp_path / 'my_sim.py'}:other").repeat(signals, AS_IT_IS, rig=rig)
     for run, sample in zip(recorded_runs(signals), again.samples, strict=True):
         assert sample.slip_ns - run.begin_ns == pytest.approx(1.5e9)
+
+
+ASKED = """
+def simulate(run, found):
+    state = {"t_s": 1.0, "x_m": 0.01, "vx_m_s": 0.1, "slid_from_s": 0.5}
+    return abs(float(found.friction_multiplier(**state)) + float(found.force_per_mass(**state) @ [0.1, 0.01, 0.001]))
+"""
+
+
+def untold(effect: Effect) -> Model:
+    """A model whose side lacks the effect: the law's shapes are those of whoever has it."""
+    there = {one.name: one.low if one.is_shape else one.neutral for one in effect.parameters}
+    return Model(mu_s=0.3, terms=(Term(held(effect), there),))
+
+
+def sized(effect: Effect) -> Model:
+    size = next(one for one in effect.parameters if not one.is_shape)
+    return Model(mu_s=0.3, terms=(Term(effect, {**effect.neutral(), size.name: size.typical}),))
+
+
+@pytest.fixture(scope="module")
+def asked(tmp_path_factory: pytest.TempPathFactory) -> Simulator:
+    file = tmp_path_factory.mktemp("asked") / "my_sim.py"
+    file.write_text(ASKED, encoding="utf-8")
+    return opened(str(file))
+
+
+@pytest.mark.parametrize("effect", catalogue().values(), ids=lambda effect: effect.id)
+def test_every_effect_reaches_a_process_of_its_own(effect: Effect, asked: Simulator, tmp_path: Path) -> None:
+    """One that only the recording has, and one that only the simulation has."""
+    signals, rig = golden()
+    here = of_function(loaded(_written(tmp_path), "simulate"))
+    for found in (between(sized(effect), untold(effect)), between(untold(effect), sized(effect))):
+        there = asked.repeat(signals, found, rig=rig)
+        assert [one.slip_ns for one in there.samples] == [
+            one.slip_ns for one in here.repeat(signals, found, rig=rig).samples
+        ]
+
+
+def _written(folder: Path) -> Path:
+    (folder / "here.py").write_text(ASKED, encoding="utf-8")
+    return folder / "here.py"
