@@ -223,7 +223,7 @@ def _seen_again(view: View, changed: Changed) -> View:
     rows, way = changed.rows, changed.way
     points = view.point_m[rows]
     flat = (points - changed.from_m[:, None, :]).reshape(-1, 2)
-    corners = points.shape[1]
+    corners, gained = points.shape[1], np.broadcast_to(view.acceleration_m_s2, view.velocity_m_s.shape)
     moved = turned(flat, np.repeat(way, corners, axis=0)).reshape(points.shape) + changed.to_m[:, None, :]
     return replace(
         view,
@@ -233,6 +233,7 @@ def _seen_again(view: View, changed: Changed) -> View:
         tilt_rad=view.tilt_rad[rows],
         down_rad=view.down_rad[rows] + changed.turn_rad,
         rest_s=view.rest_s[rows],
+        acceleration_m_s2=turned(gained[rows], way) * changed.swifter[:, None] ** 2,
     )
 
 

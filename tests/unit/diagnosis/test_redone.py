@@ -11,11 +11,14 @@ from station.diagnosis.inference.columns import looked
 from station.diagnosis.next_experiment.choice import protocol_of
 from station.diagnosis.next_experiment.on_paper import on_paper, standard
 from station.diagnosis.next_experiment.redone import SAME_RAD, Recorded, redone
+from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.slides import Along
 from station.physics.catalogue import catalogue
 from station.physics.effect import Effect
 from station.physics.model import Model, Term
+from tests.unit.diagnosis.recorded import OPENING_RADIUS_M, joined, session
 
 KNOWN = catalogue()
 PLAIN = Model(mu_s=0.4)
@@ -57,3 +60,17 @@ def test_such_ways_hardly_change_what_a_number_does(effect: Effect, apart: tuple
     rows = np.arange(one.shape[0])
     size = np.linalg.norm(one.of(rows), axis=0)
     assert np.all(np.linalg.norm(other.of(rows) - one.of(rows), axis=0) <= 0.04 * size)
+
+
+def test_blocks_gain_speed_in_the_picture_of_a_session_done_again() -> None:
+    evidence = evidence_of(joined([session()]), Setting(opening_radius_m=OPENING_RADIUS_M))
+    known = Recorded.of(evidence)
+    assert known is not None
+    (again,) = redone(known, *protocol_of(known, (), runs=2 * evidence.runs), truths=[PLAIN])
+    shutter = KNOWN["rolling_shutter"]
+    seen = looked(again, PLAIN, [shutter]).table
+    assert seen.shape[0] == sum(len(channel) for channel in again.channels)
+    slides = [one for one in again.channels if isinstance(one, Along)]
+    view = slides[0].motion.view
+    assert view is not None
+    assert np.shape(view.acceleration_m_s2) == view.velocity_m_s.shape
