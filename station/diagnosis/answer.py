@@ -134,7 +134,7 @@ def _effects(evidence: Evidence, found: Search, assessment: Assessment) -> tuple
     listed = [_effect(evidence, found, fitted, term, assessment) for fitted, term in every.values()]
     for candidate, probability in zip(found.places, assessment.posteriors.places, strict=True):
         place = candidate.place
-        where = "" if place is None else f": {summary_of(found.model, place)}"
+        where = "" if place is None else f": {summary_of(found.model.model, place)}"
         listed.append(
             EffectFound(
                 id="other",

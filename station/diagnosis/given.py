@@ -128,7 +128,7 @@ def against_given(
         simulator=name,
         given=True,
         global_p=min(1.0, 2.0 * least_p),
-        located=located(recorded.evidence, [left]),
+        located=located(recorded.evidence, [left], against=compared.given),
         next_experiment=_still_asked(answer, physical),
         none_probability=0.0
         if physical.names

@@ -14,7 +14,6 @@ import pytest
 from rich.console import Console
 
 from station.diagnosis.diagnose import examined
-from station.diagnosis.inference.fit import Fit
 from station.diagnosis.observations.channel import Channel
 from station.diagnosis.report.html import with_error
 from station.diagnosis.report.page import html_page
@@ -25,6 +24,7 @@ from station.diagnosis.search.locate import summary_of
 from station.diagnosis.search.places import Place
 from station.physics.catalogue import catalogue
 from station.physics.contact import Array
+from station.physics.model import Model
 from tests.unit.diagnosis.tables import grained, samples
 
 
@@ -124,7 +124,7 @@ def test_turning_is_told_in_degrees() -> None:
         title="the block's turning", unit="rad/s²",
     )  # fmt: skip
     place = Place(cast(Channel, channel), "all", np.ones((30, 1)), (0,))
-    said = summary_of(cast(Fit, SimpleNamespace(model=None)), place)
+    said = summary_of(Model(mu_s=0.4), place)
     assert said == "slide: the block's turning is off by 320 °/s² throughout"
 
 
