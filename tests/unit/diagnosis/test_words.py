@@ -51,6 +51,14 @@ def test_the_plain_model_explains_nothing_that_is_beyond_chance() -> None:
     assert "explains" in sentence(replace(plain, global_p=0.5))
 
 
+def test_what_predicts_worse_than_a_guess_explains_nothing() -> None:
+    plain = replace(grained().diagnosis, effects=(), located=(), verdict="not supported", global_p=0.5)
+    missing = replace(plain.fit, before=replace(plain.fit.before, onset_median_deg=65.0))
+    said = sentence(replace(plain, fit=missing))
+    assert "explains nothing here: it misses unseen onsets by 65.0°" in said
+    assert "unit of the angles" in said
+
+
 def test_a_simulation_that_leaves_nothing_out_may_differ_all_the_same() -> None:
     given = replace(grained().diagnosis, effects=(), located=(), verdict="not supported", given=True)
     assert sentence(replace(given, global_p=0.5)) == "Nothing is left out of the simulation."
