@@ -133,8 +133,12 @@ def who_acts(diagnosis: Diagnosis, effect: EffectFound) -> str:
 
 def _acts(diagnosis: Diagnosis, one: Acting) -> str:
     number, most = one.most
-    spread = f"{rounded(one.median, 2)} times the spread between equal {diagnosis.counted}"
-    return f"{one.phase} ({spread}, {rounded(most, 2)} in {singular(diagnosis)} {number})"
+    counted, single = diagnosis.counted, singular(diagnosis)
+    if one.median < LEAST_ACTING:
+        share = f"in fewer than half of the {counted}"
+        return f"{one.phase} ({share}; {rounded(most, 2)} times the spread between equal ones in {single} {number})"
+    spread = f"{rounded(one.median, 2)} times the spread between equal {counted}"
+    return f"{one.phase} ({spread}, {rounded(most, 2)} in {single} {number})"
 
 
 def set_differently(diagnosis: Diagnosis) -> list[str]:

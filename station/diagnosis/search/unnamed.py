@@ -44,14 +44,19 @@ def smooth_in_words(evidence: Evidence, model: Model, term: Term) -> str:
 def change(evidence: Evidence, fitted: Fit, term: Term, *, like: Term | None = None) -> Combination | None:
     """Returns the change of friction by a smooth term with its standard error.
 
-    It is None for a named effect, and for a push aside.
+    It is None for a named effect. Of a push aside it is the push.
 
     It is twice the root mean square over the recorded rows, and of a term in another recording what it has of the
     change that the term `like` makes in this one: 0 if the two are alike in nothing.
     """
-    if not is_smooth(term.effect) or isinstance(term.effect, PushAside):
+    if not is_smooth(term.effect):
         return None
     free, covariance = fitted.of_effect(term.effect.id)
+    if isinstance(term.effect, PushAside):
+        value, sd = term.values[free[0].name], float(np.sqrt(max(covariance[0, 0], 0.0)))
+        return Combination(
+            expression="push of sliding blocks to the left of their way", value=value, sd=sd, unit="m/s²"
+        )
     weights = _weights(evidence, fitted.model, like or term)
     return Combination(
         expression=f"change of friction with the {depends_on(term.effect)}",
