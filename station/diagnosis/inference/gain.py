@@ -45,7 +45,10 @@ def gain(scored: Scores, columns: Sequence[int], score: Array | None = None) -> 
 def gain_beside(
     scored: Scores, columns: Sequence[int], beside: Sequence[int], score: Array | None = None
 ) -> tuple[Array, int]:
-    """Returns what the columns gain (draws,) once others `beside` them are free, as `gain` does, and their number."""
+    """Returns twice the gain (draws,) of the columns once others `beside` them are free, and the columns' number.
+
+    `score` (m, draws) are scores as `gain` takes them; they have no unit.
+    """
     if not beside:
         return gain(scored, columns, score)
     whole, least = gain(scored, [*columns, *beside], score)[0], gain(scored, beside, score)[0]

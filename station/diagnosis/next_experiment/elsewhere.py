@@ -74,7 +74,7 @@ def elsewhere(
     members = [catalogue[name] for name in main.class_ids if name in catalogue]
     alike = tuple(_alike(members, catalogue, untestable or {}))
     if words := _tied(evidence, contact, members):
-        # What could not show at these settings does not show at the same ones either: only the order is a rival.
+        # An effect that could not show at these settings cannot at the same ones either: only the order is a rival.
         return _separates(evidence, f"the same {words} in random order", members, (), else_="the order of measuring")
     if not np.ptp(contact.run) and (words := _words(contact, members)):
         why = f"the same {words} in random order, with a column run or time, without which no drift is seen: it"

@@ -41,7 +41,7 @@ LIKELY: Mapping[str, Likely] = {
     "sigma_yaw": _ANGLE,
     "area": Likely(BLOCK_M[1] ** 2, "no block is larger", 1e-4, "m2"),
 }
-"""What is asked of each quantity. A block may turn on and on, so that of its yaw only each run's first is asked."""
+"""The most of each quantity that is asked. A block may turn on and on: of its yaw only each run's first is asked."""
 
 ROUNDED = 1.001
 """The share by which rounding may exceed a whole turn or a right angle: 1.571 rad is one."""
