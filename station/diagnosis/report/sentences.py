@@ -12,8 +12,8 @@ LEAST_ACTING = 0.1
 """An effect that acts by less of the spread between equal runs widens that by half a per cent: it is not printed."""
 
 GUESSED_DEG = 22.5
-"""A guess of 45° misses an onset by as many ° in the median if all tilts from 0 to 90° are as likely. A model that
-misses unseen ones by more explains nothing."""
+"""A guess of 45° misses by so much in the median, °, if all tilts from 0 to 90° are as likely. A model that
+misses unseen onsets by more explains nothing."""
 
 
 def sentence(diagnosis: Diagnosis) -> str:

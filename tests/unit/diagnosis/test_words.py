@@ -19,7 +19,7 @@ from station.diagnosis.report.html import with_error
 from station.diagnosis.report.page import html_page
 from station.diagnosis.report.sentences import next_lines, own_level, sentence
 from station.diagnosis.report.summary import summary
-from station.diagnosis.result import Diagnosis, NextExperiment, Value
+from station.diagnosis.result import Combination, Diagnosis, EffectFound, NextExperiment, Value
 from station.diagnosis.search.locate import summary_of
 from station.diagnosis.search.places import Place
 from station.physics.catalogue import catalogue
@@ -57,6 +57,18 @@ def test_what_predicts_worse_than_a_guess_explains_nothing() -> None:
     said = sentence(replace(plain, fit=missing))
     assert "explains nothing here: it misses unseen onsets by 65.0°" in said
     assert "unit of the angles" in said
+
+
+def test_a_number_of_which_only_a_combination_is_known_is_not_said_to_be_at_its_bound() -> None:
+    slope = Combination(expression="change of friction per e-fold of speed", value=0.0224, sd=0.0006, unit="1")
+    law = EffectFound(
+        id="rate_strengthening", title="friction by speed", class_ids=("rate_strengthening",), probability=1.0,
+        verdict="supported", parameters={"per_e_fold": Value(value=0.2, sd=0.1, unit="1", at_bound=True)},
+        determined=(slope,),
+    )  # fmt: skip
+    said = told(replace(grained().diagnosis, effects=(law,)))
+    assert "0.02240 ± 0.00060; per_e_fold alone is not determined" in said
+    assert "bound" not in said
 
 
 def test_a_simulation_that_leaves_nothing_out_may_differ_all_the_same() -> None:
