@@ -15,6 +15,9 @@ BLOCK_M = (0.001, 1.0)
 PLATE_M = (0.01, 3.0)
 """Sides of a plate and of its opening, m: from a slide of a microscope to a table."""
 
+TILT_RAD = math.pi / 2
+"""The most that a plate is tilted, rad: beyond the vertical no block lies on it."""
+
 DENSITY_KG_M3 = (100.0, 25_000.0)
 """Densities of solids: balsa and foam have some 100 kg/m³, osmium 22 590 kg/m³."""
 

@@ -14,6 +14,7 @@ from station.diagnosis.inference.level import as_simulated, level_of
 from station.diagnosis.inference.values import values_of
 from station.diagnosis.likelihood.systematic import without_nuisances
 from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.one_function import Finding, as_one
 from station.diagnosis.result import Candidates, Diagnosis, EffectFound, FitQuality, HeldOutGain, Verdict
 from station.diagnosis.search.acting import acting
 from station.diagnosis.search.advised import advice
@@ -131,10 +132,13 @@ def _effects(evidence: Evidence, found: Search, assessment: Assessment) -> tuple
     """Returns the names that were found, also those that unseen runs do not confirm, and the places; by probability."""
     kept = {term.effect.id: (assessment.model, term) for term in without_nuisances(assessment.model.model).terms}
     every = {term.effect.id: (found.model, term) for term in without_nuisances(found.model.model).terms} | kept
-    listed = [_effect(evidence, found, fitted, term, assessment) for fitted, term in every.values()]
+    alone = (
+        Finding(fitted, term, _effect(evidence, found, fitted, term, assessment)) for fitted, term in every.values()
+    )
+    listed = as_one(evidence, list(alone))
     for candidate, probability in zip(found.places, assessment.posteriors.places, strict=True):
         place = candidate.place
-        where = "" if place is None else f": {summary_of(found.model, place)}"
+        where = "" if place is None else f": {summary_of(found.model.model, place)}"
         listed.append(
             EffectFound(
                 id="other",

@@ -131,7 +131,7 @@ def against_given(
         given=True,
         notes=(*physical.notes, *lacks(recorded.evidence, evidence, simulated, name=name)),
         global_p=min(1.0, 2.0 * least_p),
-        located=located(recorded.evidence, [left]),
+        located=located(recorded.evidence, [left], against=compared.given),
         next_experiment=_still_asked(answer, physical),
         none_probability=0.0
         if physical.names

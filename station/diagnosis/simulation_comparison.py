@@ -20,7 +20,7 @@ from scipy.stats import chi2
 
 from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit, fit
-from station.diagnosis.inference.level import level_of
+from station.diagnosis.inference.level import level_of, levelled
 from station.diagnosis.inference.values import values_of
 from station.diagnosis.likelihood.systematic import keeping
 from station.diagnosis.observations.evidence import Evidence
@@ -31,7 +31,7 @@ from station.diagnosis.search.search import Search
 from station.diagnosis.told_apart import change_of_smooth, determined_together, told_apart
 from station.physics.contact import Array
 from station.physics.effect import Effect
-from station.physics.model import Term
+from station.physics.model import Model, Term
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -74,7 +74,8 @@ class EffectComparison:
 class SimulationComparison:
     """All comparisons, with the level of friction apart.
 
-    `differ_p` is the p-value of all differences together; `shared` is the fit to the recording of what both have alike.
+    `differ_p` is the p-value of all differences together; `shared` is the fit to the recording of what the simulation
+    has, with its numbers where these differ, and `given` the model that the recording is held against.
     `recording` and `simulation` are the fits of all effects to each of the two.
     """
 
@@ -82,6 +83,7 @@ class SimulationComparison:
     effects: tuple[EffectComparison, ...]
     differ_p: float
     shared: Fit
+    given: Model
     recording: Fit
     simulation: Fit
 
@@ -115,20 +117,44 @@ def compared_with_simulation(recorded: Found, simulated: Found) -> SimulationCom
     comparisons = tuple(_effect_compared(effect, recorded, simulated, fits) for effect in effects)
     gain = level.gain + sum(one.gain for one in comparisons)
     differ_p = float(chi2.sf(gain, 1 + sum(len(one.numbers) for one in comparisons)))
-    alike = [one.effect for one in comparisons if one.effect is not None and one.twice_log_odds <= 0]
     return SimulationComparison(
         level=level,
         effects=comparisons,
         differ_p=differ_p,
-        shared=_refit(recorded.evidence, fits[0], alike),
+        shared=_shared(recorded, fits, comparisons),
+        given=_given(recorded, fits, comparisons),
         recording=fits[0],
         simulation=fits[1],
     )
 
 
-def _refit(evidence: Evidence, fitted: Fit, effects: Sequence[Effect]) -> Fit:
-    """Returns the fit again with only these of the model's effects and its nuisances."""
-    return fit(evidence, keeping(fitted.model, {one.id for one in effects}), effects, noise=fitted.noise)
+def _shared(recorded: Found, fits: Sequence[Fit], comparisons: Sequence[EffectComparison]) -> Fit:
+    """Fits what both have alike to the recording, beside what differs as the simulation has it.
+
+    It begins as the plain model ended, with its noise. With that of the recording's own effects, the readings and the
+    level would take up the difference itself, and the rest would seem to be more than chance.
+    """
+    alike = [one.effect for one in comparisons if one.effect is not None and one.twice_log_odds <= 0]
+    start = _with_given(recorded.search.null.model, fits, comparisons)
+    return fit(recorded.evidence, levelled(recorded.evidence, start), alike, noise=recorded.search.null.noise)
+
+
+def _given(recorded: Found, fits: Sequence[Fit], comparisons: Sequence[EffectComparison]) -> Model:
+    """Returns the simulation's law at the recorded level, with the readings as the recording's own effects leave them.
+
+    What the recording differs by from it is the difference of the two, of which no reading takes up a part.
+    """
+    readings = keeping(fits[0].model, set())
+    return levelled(recorded.evidence, _with_given(readings, fits, comparisons))
+
+
+def _with_given(model: Model, fits: Sequence[Fit], comparisons: Sequence[EffectComparison]) -> Model:
+    """Returns the model with what both have alike as the recording has it, and with the rest of the simulation."""
+    for one in comparisons:
+        if one.effect is not None and (one.twice_log_odds <= 0 or one.side != "recording"):
+            terms = fits[0 if one.twice_log_odds <= 0 else 1].model.terms
+            model = model.with_term(next(term for term in terms if term.effect.id == one.effect.id))
+    return model
 
 
 def _joint(recorded: Found, simulated: Found) -> list[Effect]:

@@ -94,6 +94,26 @@ def test_the_answer_is_about_the_difference(name: str) -> None:
         assert sentence(answer).startswith("Nothing is left out of the simulation")
 
 
+@pytest.mark.parametrize(
+    ("name", "percent"),
+    [
+        ("an effect is left out", -20),
+        ("an effect is left out, and the level", -20),
+        ("half of the effect is contained", -11),
+    ],
+)
+def test_where_says_by_how_much_the_two_differ_there(name: str, percent: float) -> None:
+    """A reading or the level once took up the difference, and its rest looked like changes with place and order."""
+    case = CASES[name]
+    places = against(case.recorded, case.given).located
+    (everywhere,) = (place for place in places if place.covariate == "all" and place.phase == "slide")
+    assert everywhere.p < 1e-4
+    said = re.search(r"off by (-[0-9.]+) % throughout", everywhere.summary)
+    assert said is not None
+    assert float(said[1]) == pytest.approx(percent, abs=1.5)
+    assert [place.summary for place in places if place.tested == "friction"] == []
+
+
 def test_what_a_simulations_solver_does_is_no_physics() -> None:
     """A simulation that was made elsewhere creeps: its block at rest moves by some tenths of a millimetre."""
     creeping = model(0.35, 0.0).with_term(Term(known()["solver_creep"], {"time_s": 5e-5}))

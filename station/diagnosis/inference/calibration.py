@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +13,9 @@ from station.diagnosis.inference.gain import gain, smallest_p
 from station.physics.contact import Array
 
 DRAWS = 1000
+
+Gains = Callable[[Array | None], tuple[Array, int]]
+"""Twice the gains (draws,) of a test by scores (K, draws), or by the recording's own, and the test's numbers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,10 +39,16 @@ class Calibration:
 
 
 def calibrate(
-    scored: Scores, sets: Sequence[Sequence[int]], rng: np.random.Generator, *, draws: int = DRAWS
+    scored: Scores,
+    sets: Sequence[Sequence[int]],
+    rng: np.random.Generator,
+    *,
+    further: Iterable[Gains] = (),
+    draws: int = DRAWS,
 ) -> Calibration:
-    """Draws recordings from the fitted model and searches all `sets` of columns in each."""
+    """Draws recordings from the fitted model and searches all `sets` of columns and the `further` tests in each."""
     drawn = drawn_scores(scored, rng, draws=draws)
     if not sets:
         return Calibration(np.ones(draws))
-    return Calibration(np.sort(smallest_p(gain(scored, columns, drawn) for columns in sets)))
+    gains = [*(gain(scored, columns, drawn) for columns in sets), *(gained(drawn) for gained in further)]
+    return Calibration(np.sort(smallest_p(gains)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -65,9 +65,14 @@ class Fit:
 
     def of_effect(self, effect_id: str) -> tuple[tuple[Parameter, ...], Array]:
         """Returns the free parameters (k,) of an effect and their covariance (k, k), in their units."""
-        indices = [index for index, number in enumerate(self.free) if number.effect and number.effect.id == effect_id]
+        numbers, covariance = self.of_effects([effect_id])
+        return tuple(one.parameter for one in numbers if one.parameter is not None), covariance
+
+    def of_effects(self, ids: Collection[str]) -> tuple[tuple[Free, ...], Array]:
+        """Returns the free numbers (k,) of several effects and their covariance (k, k), in their units."""
+        indices = [index for index, number in enumerate(self.free) if number.effect and number.effect.id in ids]
         scale = np.array([self.free[index].scale for index in indices])
-        numbers = tuple(number for index in indices if (number := self.free[index].parameter) is not None)
+        numbers = tuple(self.free[index] for index in indices)
         return numbers, self.covariance[np.ix_(indices, indices)] * np.outer(scale, scale)
 
     def _index(self, effect_id: str, parameter: str) -> int | None:

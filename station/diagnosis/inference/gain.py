@@ -42,6 +42,19 @@ def gain(scored: Scores, columns: Sequence[int], score: Array | None = None) -> 
     return total, len(chosen)
 
 
+def gain_beside(
+    scored: Scores, columns: Sequence[int], beside: Sequence[int], score: Array | None = None
+) -> tuple[Array, int]:
+    """Returns twice the gain (draws,) of the columns once others `beside` them are free, and the columns' number.
+
+    `score` (m, draws) are scores as `gain` takes them; they have no unit.
+    """
+    if not beside:
+        return gain(scored, columns, score)
+    whole, least = gain(scored, [*columns, *beside], score)[0], gain(scored, beside, score)[0]
+    return np.maximum(whole - least, 0.0), len(columns)
+
+
 def _alone(scored: Scores, column: int, own: Array) -> Array:
     """Returns the gains (draws,) of a single column by its scores (draws,).
 

@@ -135,9 +135,9 @@ def keeping(model: Model, ids: Collection[str]) -> Model:
     return replace(model, terms=tuple(one for one in model.terms if is_nuisance(one.effect) or one.effect.id in ids))
 
 
-def less(model: Model, effect_id: str) -> Model:
-    """Returns the model without one of its effects."""
-    return keeping(model, {effect.id for effect in claimable(model)} - {effect_id})
+def less(model: Model, *ids: str) -> Model:
+    """Returns the model without some of its effects, by their ids."""
+    return keeping(model, {effect.id for effect in claimable(model)} - set(ids))
 
 
 def without_nuisances(model: Model) -> Model:

@@ -27,7 +27,8 @@ OTHERWISE_S = 8.0
 """The time of a run beside its dwell and its tilt: reference, return and rest (`station run --lockstep`, 50 runs)."""
 
 RATES_DEG_S = (2.0, 12.0)
-MASSES = (0.5, 1.0, 2.0, 5.0)
+MASS, MASSES = "mass", (0.5, 1.0, 2.0, 5.0)
+"""The factor that a person changes, and its values over the recorded median."""
 MOUNTS_RAD = (0.0, math.pi / 4, math.pi / 2, math.pi)
 SPREAD_M = 0.02
 
@@ -100,8 +101,8 @@ SINGLE: Changes = (
         {"tilt": {"rates_deg_s": list(RATES_DEG_S)}},
     ),
     Change(
-        "loads in random order",
-        "mass",
+        "loads of ×0.5, 1, 2 and 5 in random order",
+        MASS,
         _masses,
         by_hand="change the block's mass (×0.5, 1, 2, 5) in random order, and name it in the rig file",
     ),
@@ -129,5 +130,5 @@ def together(first: Change) -> Iterator[Changes]:
 
 def run_s(draw: Draw, *, tilt_rad: float, changes: Changes) -> float:
     """Returns the mean duration of a run, s, a person's time included."""
-    hands = sum(bool(change.by_hand) for change in changes)
+    hands = sum(bool(change.by_hand) for change in changes) or int(np.ptp(draw["mass_kg"]) > 0.0)
     return float(np.mean(draw["dwell_s"] + tilt_rad / draw["rate"])) + OTHERWISE_S + BY_HAND_S * hands

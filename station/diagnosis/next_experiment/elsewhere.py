@@ -74,7 +74,8 @@ def elsewhere(
     members = [catalogue[name] for name in main.class_ids if name in catalogue]
     alike = tuple(_alike(members, catalogue, untestable or {}))
     if words := _tied(evidence, contact, members):
-        return _separates(evidence, f"the same {words} in random order", members, alike)
+        # An effect that could not show at these settings cannot at the same ones either: only the order is a rival.
+        return _separates(evidence, f"the same {words} in random order", members, (), else_="the order of measuring")
     if not np.ptp(contact.run) and (words := _words(contact, members)):
         why = f"the same {words} in random order, with a column run or time, without which no drift is seen: it"
         return _separates(evidence, why, members, ("wear",) if "wear" in catalogue else ())
@@ -135,10 +136,17 @@ def _farther(evidence: Evidence, contact: Contact, members: Sequence[Effect]) ->
         yield from dict.fromkeys(filter(None, (advice(evidence, effect) for effect in members)))
 
 
-def _separates(evidence: Evidence, why: str, members: Sequence[Effect], alike: Sequence[str]) -> NextExperiment:
+def _separates(
+    evidence: Evidence, why: str, members: Sequence[Effect], alike: Sequence[str], *, else_: str = ""
+) -> NextExperiment:
+    """Returns the advice that separates the members from each other and from what is `alike`.
+
+    One that stands alone is told from a change with something `else_`.
+    """
     rivals = tuple(dict.fromkeys((*(effect.id for effect in members), *alike)))
     first, *others = rivals
-    aim = f"tells {first} from {' and '.join(others)}" if others else f"shows if it is {first}"
+    alone = f"tells {first} from a change with {else_}" if else_ else f"shows if it is {first}"
+    aim = f"tells {first} from {' and '.join(others)}" if others else alone
     return NextExperiment(separates=(rivals,), plan="", runs=evidence.used(), why=f"{why} {aim}")
 
 

@@ -22,6 +22,7 @@ from station.diagnosis.next_experiment.on_paper import NOISE, RUNS, on_paper, st
 from station.diagnosis.next_experiment.open_shapes import open_shapes
 from station.diagnosis.next_experiment.outlook import OTHER, Question, Rival
 from station.diagnosis.next_experiment.redone import Draw, Recorded
+from station.diagnosis.next_experiment.words import by_hand, in_words
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.result import EffectFound, NextExperiment, Value, read_name
 from station.diagnosis.search.candidates import Candidate
@@ -256,17 +257,18 @@ def _size(term: Term, name: str) -> float:
 
 
 def _words(changes: Changes, bench: Bench | None) -> str:
-    """Returns the changes in words; what is not changed is done again in random order."""
-    if changes:
-        return ", ".join(change.name for change in changes)
-    dwell = {} if bench is None else _dwell_of(bench)
-    return "the same again, in random order" + (", each run's dwell drawn anew" if dwell else "")
+    return in_words(changes, None if bench is None else bench.recorded.protocol(), dwells=bool(_dwells(bench)))
+
+
+def _dwells(bench: Bench | None) -> dict[str, dict[str, float]]:
+    return {} if bench is None else _dwell_of(bench)
 
 
 def _toml(changes: Changes, runs: int, bench: Bench | None = None) -> str:
     """Returns a plan file with what is changed; what it does not name stays at its default, or as recorded."""
-    lines = [f"# {_words(changes, bench)}", *(f"# by hand: {one.by_hand}" for one in changes if one.by_hand)]
-    tables: dict[str, object] = {"samples": runs, **({} if bench is None else _dwell_of(bench))}
+    known = None if bench is None else bench.recorded.protocol()
+    lines = [f"# {_words(changes, bench)}", *(f"# by hand: {said}" for said in by_hand(changes, known))]
+    tables: dict[str, object] = {"samples": runs, **_dwells(bench)}
     for change in changes:
         tables |= {name: dict(table) for name, table in change.tables.items()}
     return "\n".join(lines) + "\n" + tomli_w.dumps(tables)

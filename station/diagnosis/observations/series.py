@@ -36,7 +36,7 @@ a fifth."""
 
 
 def in_windows(rows: TableRows) -> TableRows:
-    """Returns the rows of each record averaged in windows, as one group each.
+    """Returns the rows of each record averaged in windows, as one group each, and with the windows' numbers from 1 on.
 
     Rows without a displacement are unchanged.
     """
@@ -49,7 +49,8 @@ def in_windows(rows: TableRows) -> TableRows:
     number = np.arange(len(whole), dtype=np.float64)
     settled = np.concatenate([settled for _, settled in parts])
     of = np.repeat(np.arange(len(parts)), [len(part) for part, _ in parts])
-    return replace(whole, group=of, number=number, settled=settled, read=rows.read, lost=rows.lost)
+    named = {"row": np.arange(1, len(whole) + 1), "number": number}
+    return replace(whole, **named, group=of, settled=settled, read=rows.read, lost=rows.lost)
 
 
 def travelled_of(rows: TableRows) -> Array | None:

@@ -99,7 +99,7 @@ def _spots(stage: Stage) -> tuple[Spot, ...]:
             phase=place.phase,
             channel=place.channel.name,
             covariate=place.covariate,
-            effect_size=smooth_part(stage.before, place)[2],
+            effect_size=smooth_part(stage.before.model, place)[2],
             p=p,
         )
         for place, p, _ in tested_places(stage)

@@ -11,6 +11,10 @@ from station.diagnosis.result import Acting, Diagnosis, EffectFound, Side, round
 LEAST_ACTING = 0.1
 """An effect that acts by less of the spread between equal runs widens that by half a per cent: it is not printed."""
 
+GUESSED_DEG = 22.5
+"""A guess of 45° misses by so much in the median, °, if all tilts from 0 to 90° are as likely. A model that
+misses unseen onsets by more explains nothing."""
+
 
 def sentence(diagnosis: Diagnosis) -> str:
     """Returns the answer in one sentence."""
@@ -34,6 +38,13 @@ def _said(diagnosis: Diagnosis) -> str:
         return "Nothing is left out of the simulation" + _but(diagnosis)
     if diagnosis.located or diagnosis.global_p < thresholds.ALARM:
         return "No missing effect is supported, although something depends on what one friction coefficient does not"
+    missed = diagnosis.fit.before.onset_median_deg
+    if missed > GUESSED_DEG:
+        return (
+            f"No missing effect is supported, but one friction coefficient explains nothing here: it misses unseen "
+            f"onsets by {missed:.1f}° in the median, and a guess of 45° by {GUESSED_DEG:g}°; "
+            "check the unit of the angles"
+        )
     return "No missing effect is supported: the plain model, one friction coefficient, explains this recording"
 
 
@@ -123,8 +134,12 @@ def who_acts(diagnosis: Diagnosis, effect: EffectFound) -> str:
 
 def _acts(diagnosis: Diagnosis, one: Acting) -> str:
     number, most = one.most
-    spread = f"{rounded(one.median, 2)} times the spread between equal {diagnosis.counted}"
-    return f"{one.phase} ({spread}, {rounded(most, 2)} in {singular(diagnosis)} {number})"
+    counted, single = diagnosis.counted, singular(diagnosis)
+    if one.median < LEAST_ACTING:
+        share = f"in fewer than half of the {counted}"
+        return f"{one.phase} ({share}; {rounded(most, 2)} times the spread between equal ones in {single} {number})"
+    spread = f"{rounded(one.median, 2)} times the spread between equal {counted}"
+    return f"{one.phase} ({spread}, {rounded(most, 2)} in {single} {number})"
 
 
 def set_differently(diagnosis: Diagnosis) -> list[str]:

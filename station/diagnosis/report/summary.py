@@ -138,7 +138,7 @@ def _effects(diagnosis: Diagnosis) -> Table:
 
 
 def _how_much(effect: EffectFound) -> str:
-    """Gives the combinations that are identifiable, then the single numbers; of one at its bound only that is said."""
+    """Gives the combinations that are identifiable, then the single numbers that are."""
     known = [f"{one.expression}: {one.known}" for one in effect.determined]
     if known and effect.id == "other":  # its coefficients say nothing else
         return "; ".join(known)
@@ -146,7 +146,9 @@ def _how_much(effect: EffectFound) -> str:
     single = {name: value for name, value in effect.parameters.items() if not (inside and value.at_bound)}
     values = ", ".join(f"{read_name(name, value.unit)} = {value}" for name, value in single.items())
     held = [
-        f"{read_name(name, one.unit)} is at its bound" for name, one in effect.parameters.items() if name not in single
+        f"{read_name(name, one.unit)} alone is not determined"
+        for name, one in effect.parameters.items()
+        if name not in single
     ]
     return "; ".join([*known, *([values] if values else []), *held])
 

@@ -22,10 +22,10 @@ from station.physics.effect import Effect
 from station.physics.model import Model
 
 
-def acting(evidence: Evidence, fitted: Fit, effect: Effect) -> tuple[Acting, ...]:
-    """Gives the phases in which an effect of a fitted model acts, in the order of a run, with its size in each run."""
-    model, without = fitted.model, less(fitted.model, effect.id)
-    channels = [channel for channel in evidence.channels if channel.changed_by(effect)]
+def acting(evidence: Evidence, fitted: Fit, *effects: Effect) -> tuple[Acting, ...]:
+    """Gives the phases in which effects of a fitted model act, in the order of a run, with their size in each run."""
+    model, without = fitted.model, less(fitted.model, *(effect.id for effect in effects))
+    channels = [channel for channel in evidence.channels if any(map(channel.changed_by, effects))]
     changes = {channel.name: channel.residual(without) - channel.residual(model) for channel in channels}
     level = _level(evidence, changes)
     phases: dict[str, Array] = {}

@@ -9,14 +9,13 @@ from dataclasses import replace
 import numpy as np
 
 from station.diagnosis import thresholds
-from station.diagnosis.inference.fit import Fit
 from station.diagnosis.observations.covariates import TITLES
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.result import Located, Stretch, Tested, rounded
-from station.diagnosis.search.places import Place
+from station.diagnosis.search.places import EVERYWHERE, Place
 from station.diagnosis.search.search import Stage
-from station.diagnosis.search.smooth import covariate_of
 from station.physics.contact import Array, Bools
+from station.physics.model import Model
 
 MOST_PLACES = 12
 MOST_WINDOWS = 20
@@ -36,51 +35,44 @@ READ_RESIDUALS_IN = {
 """The factor and the unit in which people read a residual of another unit."""
 
 
-def located(evidence: Evidence, stages: Sequence[Stage]) -> tuple[Located, ...]:
-    """Returns all places that stand out beyond chance, each from the stage with the smallest p."""
+def located(evidence: Evidence, stages: Sequence[Stage], *, against: Model | None = None) -> tuple[Located, ...]:
+    """Returns all places that stand out beyond chance, each from the stage with the smallest p.
+
+    Their sizes are what the stage's model leaves, or what the recording differs by from the model `against`.
+    """
     best: dict[tuple[str, str], Located] = {}
     for number, stage in enumerate(stages, start=1):
-        for place in _of_stage(evidence, stage, number):
+        for place in _of_stage(evidence, stage, number, against or stage.before.model):
             key = (place.channel, place.covariate)
             if key not in best or place.p < best[key].p:
                 best[key] = place
     return tuple(sorted(best.values(), key=lambda place: (place.p, -place.effect_size))[:MOST_PLACES])
 
 
-def _of_stage(evidence: Evidence, stage: Stage, number: int) -> Iterator[Located]:
+def _of_stage(evidence: Evidence, stage: Stage, number: int, model: Model) -> Iterator[Located]:
     for place, p, tested in tested_places(stage):
         if p < thresholds.LEVEL:
-            yield replace(_located(evidence, stage.before, place, p), stage=number, tested=tested)
+            yield replace(_located(evidence, model, place, p), stage=number, tested=tested)
 
 
 def tested_places(stage: Stage) -> Iterator[tuple[Place, float, Tested]]:
     """Yields a stage's places, each with its p and the test that has it, which is the one of two with the smaller p.
 
-    One is of the place's channel alone; the other, of friction that onset and slide share, is of a smooth term. Both
-    are corrected for the whole search of the stage.
+    One is of the place's channel alone; the other, of friction that onset and slide share, is of a smooth term beside
+    their levels. Both are corrected for the whole search of the stage.
     """
-    together = _of_smooth_terms(stage)
     for candidate in stage.places:
         place, alone = candidate.place, float(stage.calibration.corrected(candidate.p))
         if place is None:
             continue
-        shared = together.get(place.covariate, 1.0) if place.channel.shares_friction else 1.0
+        known = stage.shared.get((place.covariate, place.phase), 1.0) if place.channel.shares_friction else 1.0
+        shared = float(stage.calibration.corrected(known))
         yield (place, shared, "friction") if shared < alone else (place, alone, "channel")
 
 
-def _of_smooth_terms(stage: Stage) -> dict[str, float]:
-    """Returns the smallest corrected p of each covariate's smooth terms, which see onset and slide together."""
-    best: dict[str, float] = {}
-    for candidate in stage.candidates:
-        p = float(stage.calibration.corrected(candidate.p)) if candidate.smooth else 1.0
-        for effect in candidate.effects if candidate.smooth else ():
-            best[covariate_of(effect)] = min(p, best.get(covariate_of(effect), 1.0))
-    return best
-
-
-def _located(evidence: Evidence, before: Fit, place: Place, p: float) -> Located:
+def _located(evidence: Evidence, model: Model, place: Place, p: float) -> Located:
     channel, rows = place.channel, place.channel.rows
-    residual, smooth, size = smooth_part(before, place)
+    residual, smooth, size = smooth_part(model, place)
     known = ~rows.limit
     out = np.flatnonzero(np.abs(smooth) >= np.quantile(np.abs(smooth), STANDS_OUT))
     ranked = out[np.argsort(-np.abs(smooth[out]), kind="stable")]
@@ -97,16 +89,16 @@ def _located(evidence: Evidence, before: Fit, place: Place, p: float) -> Located
         p=p,
         runs=tuple(sorted(runs)),
         windows=windows,
-        summary=summary_of(before, place),
+        summary=summary_of(model, place),
         curve=_curve(rows.covariates.get(place.covariate), residual, known),
     )
 
 
-def summary_of(before: Fit, place: Place) -> str:
+def summary_of(model: Model, place: Place) -> str:
     """Returns one sentence that says on what a place's residuals depend, and how strongly."""
-    residual, smooth, _ = smooth_part(before, place)
+    residual, smooth, _ = smooth_part(model, place)
     channel, what = place.channel, place.channel.title
-    if place.covariate == "all":
+    if place.covariate == EVERYWHERE:
         middle = _middle(residual)  # friction's residuals are logarithms
         amount = _amount(math.expm1(middle) if channel.shares_friction else middle, channel.unit)
         return f"{channel.phase}: {what} is off by {amount} throughout"
@@ -115,13 +107,13 @@ def summary_of(before: Fit, place: Place) -> str:
     return f"{channel.phase}: {what} changes by about {_amount(change, channel.unit)} with the {title}"
 
 
-def smooth_part(before: Fit, place: Place) -> tuple[Array, Array, float]:
+def smooth_part(model: Model, place: Place) -> tuple[Array, Array, float]:
     """Returns a place's residuals (n,), their smooth part over the covariate (n,), and the ratio of their rms (≤ 1)."""
     channel, rows = place.channel, place.channel.rows
-    everywhere, known = place.covariate == "all", ~rows.limit
-    residual = whole = np.where(known, channel.residual(before.model), 0.0)
+    everywhere, known = place.covariate == EVERYWHERE, ~rows.limit
+    residual = whole = np.where(known, channel.residual(model), 0.0)
     if everywhere:
-        residual = np.where(known, channel.off(before.model), 0.0)
+        residual = np.where(known, channel.off(model), 0.0)
     else:
         residual = whole = residual - np.median(residual[known])
     weight = 1.0 / np.maximum(rows.sigma, np.median(rows.sigma) * 0.1)

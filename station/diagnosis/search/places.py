@@ -23,6 +23,9 @@ younger and its friction smaller than the onset's. So friction along the slide i
 null had p 1e-9 for the time since the onset (`python -m tests.proof --tier own/null:60 --no-refits --seed 20261540`).
 """
 
+EVERYWHERE = "all"
+"""The place of a channel's common level."""
+
 CONSTANT = 1e-9
 """A covariate whose spread is smaller is constant but for rounding."""
 
@@ -69,7 +72,7 @@ def _bases(channel: Channel) -> dict[str, Array]:
         if basis is not None:
             bases[name] = basis
     if channel.level_tells:
-        bases["all"] = np.ones((len(channel), 1))
+        bases[EVERYWHERE] = np.ones((len(channel), 1))
     return bases
 
 

@@ -33,6 +33,7 @@ from station.diagnosis.search.coinciding import Coinciding
 from station.diagnosis.search.comparison import Comparison, revised
 from station.diagnosis.search.excused import excused, is_misfit_of_law
 from station.diagnosis.search.places import places_of
+from station.diagnosis.search.shared_terms import SharedTerms
 from station.diagnosis.search.smooth import smooth_terms
 from station.diagnosis.search.trifle import is_trifle, is_trifling_place
 from station.diagnosis.search.untestable import untestable
@@ -53,7 +54,10 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """One test of the residuals of `before`: corrected p, candidates by rank, places, and the chosen candidate."""
+    """One test of the residuals of `before`: corrected p, candidates by rank, places, and the chosen candidate.
+
+    `shared` has the smallest p of friction that depends on a covariate, by covariate and phase, see `shared_terms`.
+    """
 
     before: Fit
     global_p: float
@@ -62,6 +66,7 @@ class Stage:
     places: tuple[Candidate, ...]
     chosen: Candidate | None
     tried: int
+    shared: Mapping[tuple[str, str], float] = field(default_factory=dict[tuple[str, str], float])
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -184,7 +189,8 @@ def looked_at(
     progress(f"drawing the session's null for {len(candidates) + len(spots)} candidates")
     sets = [variant.columns for variant in scored.variants] + [place.columns for place in places]
     sets += [(*one.columns, *two.columns) for one, two in couples]
-    calibration = calibrate(scored, sets, rng)
+    shared = SharedTerms.of(scored, places)
+    calibration = calibrate(scored, sets, rng, further=shared.gains())
     stage = Stage(
         before=current,
         global_p=calibration.corrected(min((one.p for one in [*candidates, *spots]), default=1.0)),
@@ -193,6 +199,7 @@ def looked_at(
         places=tuple(sorted(spots, key=lambda spot: spot.p)),
         chosen=None,
         tried=len(candidates) + len(spots),
+        shared=shared.smallest(),
     )
     return stage, scored
 

@@ -102,6 +102,11 @@ def test_the_sentence_leaves_out_phases_in_which_nothing_shows() -> None:
     )
     found = Diagnosis(recording="a", total_runs=7, used_runs=7, effects=(film,))
     assert acts(found) == ["viscous acts in: slide (1 times the spread between equal runs, 3.1 in run 2)"]
+    rare = Acting(phase="slide", runs=(1, 2, 3), sizes=(0.0, 24.0, 0.0))
+    said = acts(replace(found, effects=(replace(film, acting=(rare,)),)))
+    assert said == [
+        "viscous acts in: slide (in fewer than half of the runs; 24 times the spread between equal ones in run 2)"
+    ]
     assert "between equal rows, 3.1 in row 2" in acts(replace(found, counted="rows"))[0]
     assert acts(replace(found, effects=(replace(film, acting=film.acting[:1]),))) == []
     assert acts(replace(found, effects=(replace(film, verdict="not supported"),))) == []

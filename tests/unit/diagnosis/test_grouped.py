@@ -96,6 +96,7 @@ def test_a_record_is_averaged_in_windows_of_equal_slip() -> None:
     seen = record(rows=2000)
     (along,) = seen.channels
     assert along.travelled_m is not None
+    assert seen.run_number.tolist() == list(range(1, 201)), "a window is no row of the table"
     assert np.diff(along.travelled_m) == pytest.approx(np.full(199, 10 * STEP_M), rel=0.15)
     assert any("2000 rows of a continuous record were averaged in 200 windows" in note for note in seen.notes)
     assert along.contact is not None

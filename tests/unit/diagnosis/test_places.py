@@ -83,7 +83,7 @@ def test_a_drop_of_friction_is_seen_along_the_slide_throughout() -> None:
     evidence = evidence_of(session, Setting(opening_radius_m=OPENING_RADIUS_M))
     plain = fit(evidence, Model(mu_s=0.35), ())
     (place,) = (one for one in places_of(evidence, 0)[0] if (one.channel.name, one.covariate) == ("along", "all"))
-    residual, _, size = smooth_part(plain, place)
+    residual, _, size = smooth_part(plain.model, place)
     assert math.expm1(float(np.median(residual))) == pytest.approx(-0.2, abs=0.01)
     assert size > 0.9
-    assert "is off by -20 % throughout" in summary_of(plain, place)
+    assert "is off by -20 % throughout" in summary_of(plain.model, place)

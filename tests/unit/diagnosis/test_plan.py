@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 
 from station.diagnosis.likelihood.slopes import residuals
-from station.diagnosis.next_experiment.changes import SINGLE, Change
+from station.diagnosis.next_experiment.changes import BY_HAND_S, SINGLE, Change, run_s
 from station.diagnosis.next_experiment.choice import Bench, Choice, protocol_of, sessions
 from station.diagnosis.next_experiment.on_paper import NOISE, on_paper, standard
 from station.diagnosis.next_experiment.open_shapes import open_shapes
 from station.diagnosis.next_experiment.outlook import Outlook, Question, Rival, drawn, outlook
 from station.diagnosis.next_experiment.plan import most_promising, separate
 from station.diagnosis.next_experiment.redone import Draw, redone
+from station.diagnosis.next_experiment.words import by_hand, in_words
 from station.physics.catalogue import catalogue
 from station.physics.model import Model, Term
 
@@ -71,6 +72,27 @@ def test_what_was_done_is_not_proposed() -> None:
     done = separate(rivals, KNOWN, protocol=turning)
     assert "by hand" not in done.plan
     assert "block turned" not in done.why
+
+
+def test_the_loads_are_named_and_those_that_were_tried() -> None:
+    pair = [KNOWN["load_dependence"], KNOWN["adhesion"]]
+    dealt = 0.01 * np.random.default_rng(2).permutation(np.linspace(0.4, 2.0, RUNS))
+    (loads,) = (change for change in SINGLE if change.factor == "mass")
+    said = in_words((loads,), paper(mass_kg=dealt), dwells=False)
+    assert said == "loads of 6, 12, 24 and 60 g (so far 4 to 20 g) in random order"
+    assert "×0.5, 1, 2 and 5" in separate(pair, KNOWN).why or "g in random order" in separate(pair, KNOWN).why
+
+
+def test_loads_that_are_dealt_again_are_named_and_cost_a_hand() -> None:
+    rising = paper(mass_kg=np.linspace(0.004, 0.02, RUNS))
+    assert in_words((), rising, dwells=False) == "the same loads (4 to 20 g) again, in random order"
+    assert by_hand((), rising) == [
+        "change the block's mass as before (4 to 20 g), in random order, and name it in the rig file"
+    ]
+    same = paper()
+    apart = run_s(rising, tilt_rad=0.4, changes=()) - run_s(same, tilt_rad=0.4, changes=())
+    assert apart == pytest.approx(BY_HAND_S)
+    assert by_hand((), same) == []
 
 
 def test_a_nap_is_told_from_a_level_error_by_turning_the_plate() -> None:

@@ -14,17 +14,17 @@ import pytest
 from rich.console import Console
 
 from station.diagnosis.diagnose import examined
-from station.diagnosis.inference.fit import Fit
 from station.diagnosis.observations.channel import Channel
 from station.diagnosis.report.html import with_error
 from station.diagnosis.report.page import html_page
 from station.diagnosis.report.sentences import next_lines, own_level, sentence
 from station.diagnosis.report.summary import summary
-from station.diagnosis.result import Diagnosis, NextExperiment, Value
+from station.diagnosis.result import Combination, Diagnosis, EffectFound, NextExperiment, Value
 from station.diagnosis.search.locate import summary_of
 from station.diagnosis.search.places import Place
 from station.physics.catalogue import catalogue
 from station.physics.contact import Array
+from station.physics.model import Model
 from tests.unit.diagnosis.tables import grained, samples
 
 
@@ -63,6 +63,26 @@ def test_the_plain_model_explains_nothing_that_is_beyond_chance() -> None:
     plain = replace(grained().diagnosis, effects=(), located=(), verdict="not supported")
     assert "explains" not in sentence(replace(plain, global_p=1e-6))
     assert "explains" in sentence(replace(plain, global_p=0.5))
+
+
+def test_what_predicts_worse_than_a_guess_explains_nothing() -> None:
+    plain = replace(grained().diagnosis, effects=(), located=(), verdict="not supported", global_p=0.5)
+    missing = replace(plain.fit, before=replace(plain.fit.before, onset_median_deg=65.0))
+    said = sentence(replace(plain, fit=missing))
+    assert "explains nothing here: it misses unseen onsets by 65.0°" in said
+    assert "unit of the angles" in said
+
+
+def test_a_number_of_which_only_a_combination_is_known_is_not_said_to_be_at_its_bound() -> None:
+    slope = Combination(expression="change of friction per e-fold of speed", value=0.0224, sd=0.0006, unit="1")
+    law = EffectFound(
+        id="rate_strengthening", title="friction by speed", class_ids=("rate_strengthening",), probability=1.0,
+        verdict="supported", parameters={"per_e_fold": Value(value=0.2, sd=0.1, unit="1", at_bound=True)},
+        determined=(slope,),
+    )  # fmt: skip
+    said = told(replace(grained().diagnosis, effects=(law,)))
+    assert "0.02240 ± 0.00060; per_e_fold alone is not determined" in said
+    assert "bound" not in said
 
 
 def test_a_simulation_that_leaves_nothing_out_may_differ_all_the_same() -> None:
@@ -138,7 +158,7 @@ def test_turning_is_told_in_degrees() -> None:
         title="the block's turning", unit="rad/s²",
     )  # fmt: skip
     place = Place(cast(Channel, channel), "all", np.ones((30, 1)), (0,))
-    said = summary_of(cast(Fit, SimpleNamespace(model=None)), place)
+    said = summary_of(Model(mu_s=0.4), place)
     assert said == "slide: the block's turning is off by 320 °/s² throughout"
 
 

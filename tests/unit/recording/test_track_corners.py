@@ -95,7 +95,7 @@ def test_a_lost_mark_is_said_to_be_lost(tmp_path: Path) -> None:
 Change = Callable[[Columns], object]
 BAD: dict[str, tuple[Change, str, str]] = {
     "a corner missing": (lambda columns: columns.pop("v3"), toml(), "missing are v3"),
-    "places, too": (lambda columns: columns.update(x_m=columns["t_s"]), toml(), "got x beside u0"),
+    "places, too": (lambda columns: columns.update(x_m=columns["tilt_rad"]), toml(), "got x beside u0"),
     "another mark": (lambda _: None, toml(side_m=0.012), "a mark of 144 mm² .* enclose 81 mm²; look at side_m"),
     "corners the other way round": (
         lambda columns: columns.update(u1=columns["u3"], v1=columns["v3"], u3=columns["u1"], v3=columns["v1"]),

@@ -200,8 +200,26 @@ BAD: dict[str, tuple[Change, str]] = {
         lambda columns: columns.update(x_inch=columns.pop("x_m")),
         "got 'x_inch': convert it and call it x_m",
     ),
+    "degrees for radians": (
+        lambda columns: columns.update(tilt_rad=np.degrees(columns["tilt_rad"]).tolist()),
+        "at most 1.571 rad in 'tilt_rad', as no plate is tilted beyond the vertical, got .*; did you mean tilt_deg",
+    ),
+    "a yaw in degrees": (
+        lambda columns: columns.update(yaw_rad=np.degrees(columns["yaw_rad"]).tolist()),
+        "row 1: expected at most 6.283 rad in 'yaw_rad', .* did you mean yaw_deg",
+    ),
+    "millimetres for metres": (
+        lambda columns: columns.update(x_m=[1e3 * x for x in columns["x_m"]]),
+        "at most 3 m in 'x_m', as no plate is larger, got .* m; did you mean x_mm",
+    ),
     "two masses in a run": (lambda columns: columns.update(mass_kg=columns["t_s"]), "Expected one mass in each run"),
 }
+
+
+def test_a_block_that_has_turned_often_is_no_slip_of_unit(tmp_path: Path) -> None:
+    columns = two_runs()
+    columns["yaw_rad"] = [0.2 + 30.0 * t for t in columns["t_s"]]
+    assert imported(saved(columns, tmp_path / "a.csv"), tmp_path / "a.mcap").exists()
 
 
 @pytest.mark.parametrize("name", BAD)

@@ -12,6 +12,7 @@ import numpy as np
 
 from shared.errors import UserError
 from shared.geometry import Array
+from station.recording.importers.tracks.plausible import refuse_unlikely
 from station.recording.importers.tracks.units import NAME, QUANTITIES, Column, columns_of
 from station.recording.parquet import read_parquet
 
@@ -42,7 +43,8 @@ def read_table(path: Path) -> Tracks:
     """Reads the table in a file.
 
     Raises:
-        UserError: if it is missing, no table, has no run, no time or an unknown column, or a cell that is no number.
+        UserError: if it is missing, no table, has no run, no time or an unknown column, a cell that is no number, or
+            one beyond all benches.
     """
     cells = _cells(path)
     found = columns_of(list(cells), str(path))
@@ -57,6 +59,7 @@ def read_table(path: Path) -> Tracks:
     }
     if not len(numbers["run"]):
         raise UserError(f"Expected at least one row in {path}, found none")
+    refuse_unlikely(found, numbers, path)
     group = found.get("group")
     named = () if group is None else tuple("" if cell is None else str(cell) for cell in cells[group.name])
     return Tracks(source=str(path), numbers=numbers, group=named)
