@@ -32,8 +32,8 @@ def expected_path(windows: Windows, plain: Load) -> tuple[Array, Array, Array]:
     gain, more = mean[:, None, None] * way, gaining[:, None, None] * way
     start = plain.contact.speed_m_s.reshape(count, -1)[:, 1, None, None] * way
     place = windows["node_pose"][:, 1:2, :2] + since_s * (start + since_s * (gain / 2.0 + since_s * more / 6.0))
-    moving = start + since_s * (gain + since_s * more / 2.0), gain + since_s * more
-    return place.reshape(-1, 2), *(each.reshape(-1, 2) for each in moving)
+    velocity, gained = start + since_s * (gain + since_s * more / 2.0), gain + since_s * more
+    return place.reshape(-1, 2), velocity.reshape(-1, 2), gained.reshape(-1, 2)
 
 
 def _along(windows: Windows, plain: Load, way: Array) -> tuple[Array, Array]:

@@ -45,7 +45,7 @@ def expected_rates(
         return rate_rad_s, sigma_rad_s
     speed = np.maximum(speed_m_s[:, 1], LEAST_M_S)
     turn, sigma = rate_rad_s[:, 1] / speed, np.maximum(sigma_rad_s, LEAST_RAD_S) / speed
-    own = 0.0
+    own, usual, usual_sigma = 0.0, np.zeros_like(turn), np.zeros_like(turn)
     for _ in range(ROUNDS):
         usual, usual_sigma = _of_slides(turn, np.sqrt(sigma**2 + own), run)
         # A slide's mean has taken a share of its few stretches' deviations.
@@ -63,7 +63,7 @@ def _of_slides(turn: Array, sigma: Array, run: NDArray[np.int64]) -> tuple[Array
     They are the means of the stretches' own (n,), weighed by their errors `sigma` (n,).
     """
     slides, index = np.unique(run, return_inverse=True)
-    weight = np.bincount(index, sigma**-2.0, len(slides))
+    weight = np.bincount(index, sigma**-2.0, len(slides)).astype(np.float64)
     found, error = np.bincount(index, turn / sigma**2, len(slides)) / weight, weight**-0.5
     own = true_variance(found, error)
     trust = own / (own + error**2)
