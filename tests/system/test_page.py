@@ -61,7 +61,7 @@ def link_of(process: subprocess.Popen[str]) -> str:
 
 
 def moved_rad(rig: Rig, seconds: float) -> float:
-    """Returns how far the plate turns once it has come to rest, by the largest change of a component of its attitude."""
+    """Returns how far the plate turns once it rests, by the largest change of a component of its attitude."""
     seen = rig.listen("arm/platform")
     for _ in range(COMES_TO_REST):
         first = len(seen)
