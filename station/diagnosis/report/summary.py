@@ -145,11 +145,9 @@ def _how_much(effect: EffectFound) -> str:
     inside = known or any(not value.at_bound for value in effect.parameters.values())
     single = {name: value for name, value in effect.parameters.items() if not (inside and value.at_bound)}
     values = ", ".join(f"{read_name(name, value.unit)} = {value}" for name, value in single.items())
-    held = [
-        f"{read_name(name, one.unit)} alone is not determined"
-        for name, one in effect.parameters.items()
-        if name not in single
-    ]
+    # Numbers of which a combination is known lie anywhere along it, not only where their bounds end it.
+    left = "alone is not determined" if known else "is at its bound"
+    held = [f"{read_name(name, one.unit)} {left}" for name, one in effect.parameters.items() if name not in single]
     return "; ".join([*known, *([values] if values else []), *held])
 
 
