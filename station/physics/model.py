@@ -111,22 +111,14 @@ class Model:
         """Returns the pressure's lead (n,), widths of the sole, see `station.physics.sole`."""
         return _sum((term.effect.lead(contact, term.values) for term in self.acting("lead")), (len(contact),))
 
-    @property
-    def carries(self) -> bool:
-        """True if friction may act before the mass."""
-        return bool(self.acting("lead") or self.acting("lever"))
-
     def carried(self, contact: Contact, *, yaw_rate_rad_s: Array | float, speed_m_s: Array) -> Array:
         """Returns the share (n,) of friction that acts across the way, to the right, on a block that turns to the left.
 
-        Friction acts before the mass by the lead of the pressure, and by the arm's part along the way. The blocks turn
-        at `yaw_rate_rad_s` (n,), rad/s, or all at one rate, and slide at `speed_m_s` (n,), m/s.
+        It is that of the pressure's lead. The blocks turn at `yaw_rate_rad_s` (n,), rad/s, or all at one rate, and
+        slide at `speed_m_s` (n,), m/s.
         """
         side_m = np.sqrt(contact.area_m2)
-        ahead_m = self.lead(contact) * side_m
-        if self.acting("lever"):
-            ahead_m = ahead_m - self.lever(contact.facing(contact.way_rad + np.pi / 2))
-        return carried_across(ahead_m, side_m, yaw_rate_rad_s=yaw_rate_rad_s, speed_m_s=speed_m_s)
+        return carried_across(self.lead(contact), side_m, yaw_rate_rad_s=yaw_rate_rad_s, speed_m_s=speed_m_s)
 
     def attitude(self, contact: Contact) -> Array:
         """Returns the sum of the rotation vectors (n, 3), rad."""

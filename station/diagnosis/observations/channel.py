@@ -120,7 +120,7 @@ CONTACT_HOOKS = frozenset({"friction", "push", "attitude", "delay_s"})
 ACTING = {
     ONSET: CONTACT_HOOKS | {"shaking"},
     ALONG: CONTACT_HOOKS,
-    ACROSS: CONTACT_HOOKS | {"lead", "lever"},
+    ACROSS: CONTACT_HOOKS | {"lead"},
     "turn": frozenset({"spin", "lever", "lead"}),
     REST: frozenset({"seen", "creep"}),
     "plate": frozenset({"seen"}),

@@ -276,7 +276,7 @@ class Across(_Slides):
         """Returns recorded minus predicted sideways force (n,), relative to the friction."""
         load = self.motion.moments.loads(model)
         slope = support_slope(model, load.contact, self.motion.usual_way)
-        if model.carries or model.acting("seen"):
+        if model.acting("lead") or model.acting("seen"):
             slope = slope + model.friction(load.contact) * self._aside(model)
         held = self._mean(load.normal * slope) * np.exp(self._run_effects(model)[0])
         changed = self._changed(model, load, self._expected_left(load, held), self._middle_left)
@@ -285,13 +285,13 @@ class Across(_Slides):
     def _aside(self, model: Model) -> Array:
         """Returns the share (3 n,) of friction that holds across the recorded way, to its right.
 
-        A turning block carries it aside where it acts before the mass, see `station.physics.sole`, and it acts against
-        the true way, from which the picture turns the recorded one.
+        A leading pressure carries it aside by turning, see `station.physics.sole`, and it acts against the true way,
+        from which the picture turns the recorded one.
         """
         motion, contact = self.motion, self._plain.contact
         seen = motion.seen(model)
         turned = np.repeat(seen.turned_rad, len(WEIGHTS))
-        if not model.carries:
+        if not model.acting("lead"):
             return -turned
         rate = motion.yaw_rate_rad_s - seen.rate_rad_s
         return model.carried(contact, yaw_rate_rad_s=rate, speed_m_s=contact.speed_m_s) - turned

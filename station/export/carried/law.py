@@ -132,16 +132,12 @@ class Law:
         way = np.array([self._way_of(gravity)])
         state = self.watch.contact(way_rad=float(way[0]), gravity=gravity)
         here, slope, bend = (self.strength * part for part in support(self.model, state, way))
-        across = slope
-        if self.model.carries:
-            rate, speed = float(now.velocity[2]), np.array([now.speed_m_s])
-            across = slope + here * self.model.carried(state, yaw_rate_rad_s=rate, speed_m_s=speed)
         ahead, aside = load @ unit(way)[0], load @ unit(way + np.pi / 2)[0]
         # The direction of a slow block settles faster than a step lasts: the step has the force of its end.
-        turn = relaxed(ahead + bend * normal, aside - across * normal, np.array([now.speed_m_s]), np.array([step_s]))
+        turn = relaxed(ahead + bend * normal, aside - slope * normal, np.array([now.speed_m_s]), np.array([step_s]))
         self._way = float((way + turn)[0])
         mu = float((here + turn * (slope + 0.5 * turn * bend))[0])
-        sideways = -float((across + turn * bend)[0]) * normal * unit(way + turn + np.pi / 2)[0]
+        sideways = -float((slope + turn * bend)[0]) * normal * unit(way + turn + np.pi / 2)[0]
         force = gravity - now.gravity + pushed + np.append(sideways, 0.0)
         return Action(mu, force, self._turn(state, mu * normal, float(slope[0]) * normal, normal), True, load, normal)
 

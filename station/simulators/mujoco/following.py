@@ -101,7 +101,7 @@ class Follower:
         self._creeps, self._spins = bool(model.acting("creep")), model.turns
         # Here the moment acts on a block at rest, and what it takes of the friction is MuJoCo's to find.
         self._unturned = LimitCurve(unturned(model)) if self._spins else curve
-        self._shakes, self._carries = bool(model.acting("shaking")), model.carries
+        self._shakes = bool(model.acting("shaking"))
 
     def step(self, runs: Followed) -> Array:
         """Takes one step of every run.
@@ -132,11 +132,6 @@ class Follower:
         if contact is not None and held is not None:
             along = np.where(moving, held * normal, np.hypot(x, y))
             turn = self._world.driven(setting_off(contact), along, np.where(moving, hold.slope * normal, 0.0))
-            if self._carries:
-                aside = np.where(moving, held * normal, 0.0) * self._world.model.carried(
-                    contact, yaw_rate_rad_s=runs.rates[:, 2], speed_m_s=speed
-                )
-                x, y = x + aside * np.sin(way), y - aside * np.cos(way)
         ellipse = osculating(hold, way)
         thrown = moving & (runs.since_s == 0.0)
         for body, first, fx, fy, fn, spin, along, across, axis in zip(

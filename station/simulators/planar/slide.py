@@ -225,7 +225,7 @@ class Slide:
         ahead, aside = x * cosine + y * sine, y * cosine - x * sine
         aside = aside - h.slope * normal
         model, rate, lead = self._world.model, np.asarray(at.yaw_rate), None
-        if contact is not None and model.carries:
+        if contact is not None and model.acting("lead"):
             lead = model.lead(contact)
             aside = aside - h.value * normal * model.carried(contact, yaw_rate_rad_s=rate, speed_m_s=at.speed)
         moved: Array | float = 0.0
