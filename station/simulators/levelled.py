@@ -18,6 +18,7 @@ from shared.rig import RigConfig
 from station.physics.contact import Array
 from station.physics.model import Model, Term
 from station.signals.session import Signals
+from station.signals.tracks import Times
 from station.simulators.own_level import OwnLevel
 from station.simulators.recorded_runs import Poses, RecordedRun, numbers, poses_of, recorded_runs
 from station.simulators.simulator import Simulator
@@ -119,7 +120,7 @@ def _read_rad(slide: Slide, signals: Signals, poses: Poses, reading: Reading | N
     return math.nan if fit is None else float(fit.angle_rad)
 
 
-def _away_m(poses: Poses, run: RecordedRun) -> tuple[Array, Array]:
+def _away_m(poses: Poses, run: RecordedRun) -> tuple[Times, Array]:
     """Returns times (n,), ns, and how far a run's block then is from where its run began (n,), m."""
     mine = poses.between(run.begin_ns, run.end_ns)
-    return mine.time_ns, np.linalg.norm(mine.pose[:, :2] - run.start[:2], axis=1)
+    return mine.time_ns, np.asarray(np.linalg.norm(mine.pose[:, :2] - run.start[:2], axis=1), dtype=np.float64)

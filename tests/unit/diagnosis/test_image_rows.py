@@ -146,10 +146,9 @@ def test_a_slide_shows_the_read_out_of_a_picture_with_a_lens() -> None:
     for name, values in (("rolling_shutter", {"readout_s": 0.02}), ("lens_distortion", {"k1": -0.05})):
         effect = catalogue()[name]
         model = model.with_term(Term(effect, {**effect.neutral(), **values}))
-    way = np.exp(2j * np.pi * rng.uniform(0.0, 1.0, 200))
-    true = marks_at(rng.uniform(-0.02, 0.02, (200, 2))).moving(
-        *(size * np.column_stack([way.real, way.imag]) for size in (0.2, 2.0))
-    )
+    way_rad, place_m = rng.uniform(0.0, 2.0 * np.pi, 200), rng.uniform(-0.02, 0.02, (200, 2))
+    way = np.column_stack([np.cos(way_rad), np.sin(way_rad)])
+    true = marks_at(place_m).moving(0.2 * way, 2.0 * way)
     seen = [shown_after(true, time_s, model) for time_s in (-1e-3, 0.0, 1e-3)]
     velocity, acceleration = (seen[2] - seen[0]) / 2e-3, (seen[2] - 2.0 * seen[1] + seen[0]) / 1e-6
     view = true.moving(velocity.mean(axis=1), acceleration.mean(axis=1))
