@@ -16,7 +16,6 @@ from station.physics.contact import Array, Contact, View
 from station.physics.effect import HOOKS, Effect, Values
 from station.physics.smooth import Unnamed
 from station.physics.smooth_table import smooth_of_tables, table_of_smooth
-from station.physics.sole import carried_across
 
 EXPOSED_ROUNDS = 4
 """The error of a row's time falls each round to the share of it in which the mark passes a row: .04 at 0.2 m/s, 20 ms
@@ -110,15 +109,6 @@ class Model:
     def lead(self, contact: Contact) -> Array:
         """Returns the pressure's lead (n,), widths of the sole, see `station.physics.sole`."""
         return _sum((term.effect.lead(contact, term.values) for term in self.acting("lead")), (len(contact),))
-
-    def carried(self, contact: Contact, *, yaw_rate_rad_s: Array | float, speed_m_s: Array) -> Array:
-        """Returns the share (n,) of friction that acts across the way, to the right, on a block that turns to the left.
-
-        It is that of the pressure's lead. The blocks turn at `yaw_rate_rad_s` (n,), rad/s, or all at one rate, and
-        slide at `speed_m_s` (n,), m/s.
-        """
-        side_m = np.sqrt(contact.area_m2)
-        return carried_across(self.lead(contact), side_m, yaw_rate_rad_s=yaw_rate_rad_s, speed_m_s=speed_m_s)
 
     def attitude(self, contact: Contact) -> Array:
         """Returns the sum of the rotation vectors (n, 3), rad."""

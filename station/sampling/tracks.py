@@ -14,6 +14,7 @@ from shared.geometry import block_pose_of, corners_on_plate, euler_of, tilt_of, 
 from shared.messages import REPEATED, CameraGeometry, ClockOffset, MarkerCorners, PlatformState
 from station.friction.onset import Onset, estimate_onset
 from station.rig.opening import Opening, square_corners
+from station.signals.traced import trace
 
 _ATTITUDES = 600
 _FRAMES = 540
@@ -136,19 +137,15 @@ class Tracks:
         stamps = [stamp for stamp, _ in frames]
         centres = self._straight([corners for _, corners in frames]).reshape(-1, 4, 2).mean(axis=1)
         path = corners_on_plate(centres, self.geometry)
-        slide = path[-1] - path[0]
-        length = float(np.linalg.norm(slide))
-        if length == 0.0:
-            return None
-        direction = slide / length
-        return estimate_onset(
+        return trace(
+            estimate_onset,
             stamps,
-            (path - path[0]) @ direction,
+            path,
+            start_m=path[0],
+            down=downhill,
             tilt_ns=[stamp for stamp, _ in attitudes],
             tilt_rad=[tilt for _, tilt in attitudes],
             # The centre is the mean of four corners.
             sigma_m=0.5 * sigma_px * self.geometry.mm_per_px * 1e-3,
-            along=max(0.2, float(direction @ np.asarray(downhill))),
-            ahead_m=float(path[0] @ np.asarray(downhill)),
             clock_sigma_s=math.hypot(*self._sigmas_ns.values()) * 1e-9,
         )

@@ -8,9 +8,7 @@ recorded ones are, as far as these had gone when their slips were noticed.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,25 +16,19 @@ from shared.rig import RigConfig
 from station.physics.contact import Array
 from station.physics.model import Model, Term
 from station.signals.session import Signals
+from station.signals.traced import FITTED_NS, LEAST_SIGMA_M, Traced, trace
 from station.signals.tracks import Times
 from station.simulators.own_level import OwnLevel
 from station.simulators.recorded_runs import Poses, RecordedRun, numbers, poses_of, recorded_runs
 from station.simulators.simulator import Simulator
 
-Reading = Callable[..., Any]
-"""`station.friction.onset.estimate_onset`, handed over by the command: what simulates imports nothing that measures."""
-
 LEVELLED = 3
 """The rounds in which the levels are found."""
 _LEVELS = (0.3, 3.0)
-_FITTED_NS = 3_000_000_000
-"""The stretch of path before the detection that is read, as on the rig."""
-_LEAST_SIGMA_M, _LEAST_ALONG = 1e-6, 0.2
-"""Guards of divisions in the reading; those of imported tracks are the same."""
 
 
 def levelled(
-    recorded: Signals, simulated: Signals, model: Model, *, rig: RigConfig, engine: Simulator, reading: Reading | None
+    recorded: Signals, simulated: Signals, model: Model, *, rig: RigConfig, engine: Simulator, reading: Traced | None
 ) -> Signals:
     """Returns the simulation repeated with the friction that moves each run's onset to the recorded one.
 
@@ -47,7 +39,8 @@ def levelled(
     if not runs:
         return simulated
     index = {run.run: int(own) for run, own in zip(every, numbers(every), strict=True)}
-    slides = [Slide.of(recorded, run, reading) for run in runs]
+    poses = poses_of(recorded)
+    slides = [Slide.of(recorded, poses, run, reading) for run in runs]
     factor = np.ones(max(index.values()) + 1)
     for _ in range(LEVELLED):
         poses = poses_of(simulated)
@@ -69,21 +62,20 @@ class Slide:
     onset_rad: float
 
     @classmethod
-    def of(cls, recorded: Signals, run: RecordedRun, reading: Reading | None) -> Slide:
+    def of(cls, recorded: Signals, poses: Poses, run: RecordedRun, reading: Traced | None) -> Slide:
         """Returns the slide of a run that has a sample."""
         assert run.sample is not None
-        poses = poses_of(recorded)
         time_ns, away_m = _away_m(poses, run)
         if not len(time_ns) or not time_ns[0] <= run.sample.detect_ns <= time_ns[-1]:
             return cls(run, math.nan, math.nan, math.nan)
         lying = away_m[time_ns <= run.tilt_ns]
         noise_m = float(np.std(lying)) if len(lying) else 0.0
         gone_m = float(np.interp(run.sample.detect_ns - time_ns[0], time_ns - time_ns[0], away_m))
-        unread = cls(run, gone_m, max(noise_m, _LEAST_SIGMA_M), math.nan)
-        return cls(run, gone_m, unread.sigma_m, _read_rad(unread, recorded, poses, reading))
+        unread = cls(run, gone_m, max(noise_m, LEAST_SIGMA_M), math.nan)
+        return replace(unread, onset_rad=_read_rad(unread, recorded, poses, reading))
 
 
-def _change(slide: Slide, simulated: Signals, poses: Poses, reading: Reading | None) -> float:
+def _change(slide: Slide, simulated: Signals, poses: Poses, reading: Traced | None) -> float:
     """Returns the change of a run's friction that moves its onset to where it was recorded."""
     assert slide.run.sample is not None
     sample = next((sample for sample in simulated.samples if sample.run == slide.run.run), None)
@@ -96,26 +88,25 @@ def _change(slide: Slide, simulated: Signals, poses: Poses, reading: Reading | N
     return math.tan(slide.run.sample.onset_angle_rad) / max(math.tan(sample.onset_angle_rad), 1e-3)
 
 
-def _read_rad(slide: Slide, signals: Signals, poses: Poses, reading: Reading | None) -> float:
+def _read_rad(slide: Slide, signals: Signals, poses: Poses, reading: Traced | None) -> float:
     """Returns the onset that is read in a slide as far as the recorded one had gone when it was noticed; else nan."""
     time_ns, away_m = _away_m(poses, slide.run)
     gone = np.flatnonzero(away_m >= slide.gone_m)
     if reading is None or not len(gone) or math.isnan(slide.gone_m):
         return math.nan
     last_ns = int(time_ns[gone[0]])
-    seen = poses.between(max(slide.run.tilt_ns, last_ns - _FITTED_NS), last_ns)
+    seen = poses.between(max(slide.run.tilt_ns, last_ns - FITTED_NS), last_ns)
     plate = signals.attitude.between(int(seen.time_ns[0]), last_ns)
-    start, (x, y, _) = slide.run.start[:2], signals.attitude.gravity_at(np.array([last_ns]))[0]
-    path, down = seen.pose[:, :2] - start, np.array([x, y]) / max(math.hypot(x, y), _LEAST_SIGMA_M)
-    way = path[-1] / np.linalg.norm(path[-1])
-    fit = reading(
+    x, y, _ = signals.attitude.gravity_at(np.array([last_ns]))[0]
+    fit = trace(
+        reading,
         seen.time_ns,
-        path @ way,
+        seen.pose[:, :2],
+        start_m=slide.run.start[:2],
+        down=np.array([x, y]) / max(math.hypot(x, y), LEAST_SIGMA_M),
         tilt_ns=plate.time_ns,
         tilt_rad=plate.tilt_rad,
         sigma_m=slide.sigma_m,
-        along=max(_LEAST_ALONG, float(way @ down)),
-        ahead_m=float(start @ down),
     )
     return math.nan if fit is None else float(fit.angle_rad)
 

@@ -18,8 +18,9 @@ from shared.errors import UserError
 from shared.rig import RigConfig
 from station.physics.model import Model
 from station.signals.session import Signals
+from station.signals.traced import Traced
 from station.simulators.errors import Errors, errors
-from station.simulators.levelled import Reading, levelled
+from station.simulators.levelled import levelled
 from station.simulators.recorded_runs import RecordedRun, recorded_runs
 from station.simulators.simulator import OwnFriction, Simulator, simulator
 
@@ -78,7 +79,7 @@ def rerun(
     rig: RigConfig,
     engine: str | Simulator = "mujoco",
     runs: int = RUNS,
-    reading: Reading | None = None,
+    reading: Traced | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Rerun:
     """Simulates some runs, spread over the session, with two models.
@@ -108,7 +109,7 @@ def rerun_in_parts(
     engine: str | Simulator = "mujoco",
     name: str = "",
     runs: int = RUNS,
-    reading: Reading | None = None,
+    reading: Traced | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Rerun:
     """Does the same as `rerun` with two models for each part of the session: those of a fold know nothing of its runs.

@@ -18,7 +18,7 @@ from station.physics.contact import Array, Contact, View, middle, unit
 from station.physics.dissipation import support_slope
 from station.physics.effect import Effect
 from station.physics.model import Model
-from station.physics.sole import SQUARE_GYRATION, TURNING_RADIUS, left_against_turning
+from station.physics.sole import SQUARE_GYRATION, TURNING_RADIUS, carried_across, left_against_turning
 
 LEAST_MU = 0.05
 LEAST_M_S, LEAST_M_S2 = 1e-3, 1e-2
@@ -88,13 +88,13 @@ class Motion:
             return Seen.nothing(len(self.acceleration_m_s2))
         true = self._true(self.view, bending.seen(self.view))
         shift = bending.seen(true)
-        first, _, last = self._at_nodes(middle(shift))
+        moved = middle(shift)
+        first, _, last = self._at_nodes(moved)
         begin, _, end = self._at_nodes(self.view.centre_m)
         way, aside = end - begin, last - first
         turned = (way[:, 0] * aside[:, 1] - way[:, 1] * aside[:, 0]) / np.maximum((way**2).sum(axis=1), LEAST_WAY_M**2)
-        spun = np.repeat(_spun_rad(true, shift)[:, None], 2, axis=1)
-        rate, spin = (each[:, 0] for each in self._changes(spun))
-        return Seen(self._changes(middle(shift))[1], turned, rate, spin)
+        rate, spin = (each[:, 0] for each in self._changes(_spun_rad(true, shift)[:, None]))
+        return Seen(self._changes(moved)[1], turned, rate, spin)
 
     def _true(self, view: View, shift: Array) -> View:
         """Returns the view without the displacements `shift` (3 n, 4, 2), m, and the velocity that they seem to add."""
@@ -102,17 +102,17 @@ class Motion:
         return view.of(view.point_m - shift).moving(velocity, view.acceleration_m_s2)
 
     def _changes(self, place: Array) -> tuple[Array, Array]:
-        """Returns the first (3 n, 2), 1/s, and the second derivative (n, 2), 1/s², of what is at the nodes (3 n, 2)."""
+        """Returns the first (3 n, k), 1/s, and the second derivative (n, k), 1/s², of what is at the nodes (3 n, k)."""
         times_ns = self.moments.time_ns.reshape(-1, len(WEIGHTS))
         half_s = 0.5e-9 * (times_ns[:, -1] - times_ns[:, 0])[:, None]
         first, middle_one, last = self._at_nodes(place)
         slope, bend = (last - first) / (2.0 * half_s), (first - 2.0 * middle_one + last) / half_s**2
-        return np.stack([slope - half_s * bend, slope, slope + half_s * bend], axis=1).reshape(-1, 2), bend
+        return np.stack([slope - half_s * bend, slope, slope + half_s * bend], axis=1).reshape(place.shape), bend
 
     @staticmethod
     def _at_nodes(values: Array) -> Array:
-        """Returns what is at the first, middle and last nodes (3, n, 2) of the windows, of (3 n, 2)."""
-        return values.reshape(-1, len(WEIGHTS), 2).transpose(1, 0, 2)
+        """Returns what is at the first, middle and last nodes (3, n, k) of the windows, of (3 n, k)."""
+        return values.reshape(-1, len(WEIGHTS), values.shape[1]).transpose(1, 0, 2)
 
 
 class Seen(NamedTuple):
@@ -288,13 +288,13 @@ class Across(_Slides):
         A leading pressure carries it aside by turning, see `station.physics.sole`, and it acts against the true way,
         from which the picture turns the recorded one.
         """
-        motion, contact = self.motion, self._plain.contact
-        seen = motion.seen(model)
+        contact, seen = self._plain.contact, self.motion.seen(model)
         turned = np.repeat(seen.turned_rad, len(WEIGHTS))
         if not model.acting("lead"):
             return -turned
-        rate = motion.yaw_rate_rad_s - seen.rate_rad_s
-        return model.carried(contact, yaw_rate_rad_s=rate, speed_m_s=contact.speed_m_s) - turned
+        rate, side_m = self.motion.yaw_rate_rad_s - seen.rate_rad_s, np.sqrt(contact.area_m2)
+        speed = contact.speed_m_s
+        return carried_across(model.lead(contact), side_m, yaw_rate_rad_s=rate, speed_m_s=speed) - turned
 
     def _expected_left(self, load: Load, held: Array) -> Array:
         """Returns the left (3 n, 2) of blocks' ways under a load of which friction holds `held` (n,), m/s², sideways.

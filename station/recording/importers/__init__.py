@@ -11,24 +11,22 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from traceback import extract_tb
-from typing import Any, Protocol, cast
+from typing import Protocol, cast
 
 from shared.errors import UserError
 from shared.messages import Message
 from shared.own_module import module_in
 from station.recording.provenance import Provenance
 from station.recording.writer import Recording
+from station.signals.traced import Traced
 
 Item = tuple[str, int, Message]
 """Topic, receive time (ns) and message."""
-
-Traced = Callable[..., Any]
-"""`station.friction.onset.estimate_onset`, which the command hands over: what records may not import what measures."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -25,10 +25,11 @@ from shared.clock import SIMULATION_EPOCH_NS
 from shared.errors import UserError
 from shared.geometry import Array, euler_of
 from shared.messages import BlockPose, Message, PlatformState, RunEvent, Sample
-from station.recording.importers import Imported, Item, Traced
+from station.recording.importers import Imported, Item
 from station.recording.parquet import read_parquet
 from station.recording.provenance import Attachment, Provenance
 from station.signals.flags import NO_TILT
+from station.signals.traced import Traced
 
 NAME = "cube-tosses"
 HELP = "the tossed cube of ContactNets (CoRL 2020): a Parquet table of poses"

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from station.physics.circle import cos_sin
 from station.physics.contact import Array
-from station.physics.sole import TURNING_RADIUS, left_against_turning
+from station.physics.sole import TURNING_RADIUS, carried_across, left_against_turning
 from station.simulators.planar.friction import LimitCurve, Support
 from station.simulators.planar.load import Blocks, Motion, World
 from station.simulators.planar.plate import Column, Index
@@ -106,6 +106,7 @@ class Slide:
         self._traced = traced
         self._world, self._curve = world, curve.in_motion
         self._shakes = bool(world.model.acting("shaking"))
+        self._leads = bool(world.model.acting("lead"))
         self._spins = world.model.turns or bool(world.commands.velocity[:, 2].any())
 
     def run(
@@ -224,10 +225,11 @@ class Slide:
             h = h._replace(bend=like.bend)
         ahead, aside = x * cosine + y * sine, y * cosine - x * sine
         aside = aside - h.slope * normal
-        model, rate, lead = self._world.model, np.asarray(at.yaw_rate), None
-        if contact is not None and model.acting("lead"):
-            lead = model.lead(contact)
-            aside = aside - h.value * normal * model.carried(contact, yaw_rate_rad_s=rate, speed_m_s=at.speed)
+        lead = self._world.model.lead(contact) if self._leads and contact is not None else None
+        if lead is not None:
+            side = 2.0 * self._world.half_m[blocks.row]
+            across = carried_across(lead, side, yaw_rate_rad_s=np.asarray(at.yaw_rate), speed_m_s=at.speed)
+            aside = aside - h.value * normal * across
         moved: Array | float = 0.0
         some = np.flatnonzero(slow) if since is not None else _NONE
         if since is not None and len(some):
@@ -245,7 +247,7 @@ class Slide:
                 np.zeros_like(drag) if contact is None else self._world.driven(contact, drag, h.slope * normal),
                 hold=drag if lead is None else drag * left_against_turning(lead),
                 speed=at.speed,
-                rate=rate,
+                rate=np.asarray(at.yaw_rate),
                 side=2.0 * self._world.half_m[blocks.row],
                 bound=None if like is None or like.turning is None else like.turning.bound,
             )

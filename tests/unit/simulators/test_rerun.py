@@ -14,7 +14,7 @@ from station.physics.model import Model
 from station.signals.session import Signals
 from station.simulators.errors import errors
 from station.simulators.levelled import Slide
-from station.simulators.recorded_runs import recorded_runs
+from station.simulators.recorded_runs import poses_of, recorded_runs
 from station.simulators.rerun import Rerun, by_engine, only_runs, rerun, some_runs
 from station.simulators.simulator import AS_IT_IS, RecordedSimulation, simulator
 from tests.unit.simulators.test_planar_session import MU, golden, tossed, with_effect
@@ -61,7 +61,8 @@ def test_a_slide_that_a_drag_slows_is_read_alike_in_both() -> None:
     right = with_effect("viscous", drag_n_s_m=0.1)
     recorded = simulator("planar").repeat(golden()[0], right, rig=golden()[1])
     runs = [run for run in recorded_runs(recorded) if run.sample is not None]
-    read = {run.run: Slide.of(recorded, run, estimate_onset).onset_rad for run in runs}
+    poses = poses_of(recorded)
+    read = {run.run: Slide.of(recorded, poses, run, estimate_onset).onset_rad for run in runs}
     late = replace(recorded, samples=tuple(replace(one, onset_angle_rad=read[one.run]) for one in recorded.samples))
     path = [
         rerun(late, right, right, rig=golden()[1], engine="planar", reading=reading).table()["after"]["own_level"]

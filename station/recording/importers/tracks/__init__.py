@@ -22,7 +22,7 @@ from shared import frames
 from shared.clock import SIMULATION_EPOCH_NS
 from shared.geometry import Array, euler_of
 from shared.messages import PlatformState, RunEvent, Sample
-from station.recording.importers import Imported, Item, Traced
+from station.recording.importers import Imported, Item
 from station.recording.importers.tracks.block import Poses, block_of
 from station.recording.importers.tracks.corners import with_corners
 from station.recording.importers.tracks.lacks import lacking
@@ -32,6 +32,7 @@ from station.recording.importers.tracks.slips import Motion, Slip, held, release
 from station.recording.importers.tracks.table import Tracks, read_table
 from station.recording.provenance import Provenance
 from station.signals.flags import NO_TILT, UNRESOLVED
+from station.signals.traced import Traced
 
 NAME = "tracks"
 HELP = (

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shared.geometry import Array
-from station.recording.importers import Traced
 from station.recording.importers.tracks.plate import downhill_of, tilt_of
 from station.recording.importers.tracks.runs import Times
+from station.signals.traced import FITTED_NS, LEAST_SIGMA_M, Traced, trace
 
 Bools = NDArray[np.bool_]
 
@@ -27,15 +27,6 @@ MOVED_M = 2e-3
 
 LEAST_LYING = 4
 """The least number of frames from which a track's noise is read."""
-
-LEAST_SIGMA_M = 1e-6
-"""The noise of a simulated track, which has none: an onset's fit divides by it."""
-
-LEAST_ALONG = 0.2
-"""The least cosine between slide and downhill in the fit, which divides by it; the rig's own is the same."""
-
-FITTED_NS = 3_000_000_000
-"""The stretch of path before the detection that is fitted, as on the rig."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,14 +122,15 @@ def _fitted(run: Motion, moved: Slip, frames: NDArray[np.int64], rest: Array, on
     way = slide / np.linalg.norm(slide)
     lying = frames[run.time_ns[frames] <= moved.tilt_ns]
     before = run.place_m[lying if len(lying) >= LEAST_LYING else own[:LEAST_LYING]] @ way
-    fit = onset(
+    fit = trace(
+        onset,
         run.time_ns[own],
-        (run.place_m[own] - rest) @ way,
+        run.place_m[own],
+        start_m=rest,
+        down=down,
         tilt_ns=run.time_ns[first : detected + 2],
         tilt_rad=tilt_of(run.plate[first : detected + 2]),
         sigma_m=max(float(np.std(before)), LEAST_SIGMA_M),
-        along=max(LEAST_ALONG, float(way @ down)),
-        ahead_m=float(rest @ down),
     )
     if fit is None:
         return moved
