@@ -96,9 +96,9 @@ def test_a_session_on_the_page(rig: Rig, tmp_path: Path) -> None:
             page.wait("document.querySelector('#curve .run')")
 
             page.click("#pause")
-            page.wait("document.getElementById('state').innerText.includes('pausing')")
+            page.wait("/pausing|paused/.test(document.getElementById('state').innerText)")
             page.click("#pause")
-            page.wait("!document.getElementById('state').innerText.includes('pausing')")
+            page.wait("!/pausing|paused/.test(document.getElementById('state').innerText)")
 
             rig.wait("a tilt", rig.tilting, running="")
             page.click("#emergency")

@@ -8,13 +8,15 @@ import sys
 import time
 from collections.abc import Callable, Generator
 from pathlib import Path
+from typing import ClassVar
 
-import joblib
 import pytest
+from joblib import register_parallel_backend
+from joblib.parallel import ThreadingBackend
 from rich.console import Console
 
 from station.app.work import work_on, write_json
-from station.pool import spread
+from station.pool import on_backend, spread
 from tests.patience import PATIENCE_S
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -89,11 +91,30 @@ def test_only_the_workers_have_one_thread_each():
     assert dict(os.environ) == before
 
 
+class InWholeRounds(ThreadingBackend):
+    """A backend that answers when all is done, as Ray's does.
+
+    Its workers are threads: a process that is forked from one of many threads may wait for ever for a lock of theirs.
+    """
+
+    supports_return_generator = False
+    rounds: ClassVar[list[int]] = []
+
+    def start_call(self) -> None:
+        self.rounds.append(0)
+
+    def submit(self, func: Callable[..., object], callback: Callable[..., object] | None = None) -> object:
+        self.rounds[-1] += 1
+        return super().submit(func, callback)
+
+
 def test_a_backend_that_answers_whole_rounds_only_is_asked_round_by_round(monkeypatch: pytest.MonkeyPatch):
-    """The backend is asked as Ray's is; here it is joblib's own of that kind."""
     monkeypatch.setattr("station.pool._ROUND", 4)
-    with joblib.parallel_config("multiprocessing", n_jobs=1), spread(not_the_third, [0, 1, 2] * 3, jobs=0) as results:
+    monkeypatch.setattr(InWholeRounds, "rounds", [])
+    register_parallel_backend("whole rounds", InWholeRounds)
+    with on_backend("whole rounds", n_jobs=2), spread(not_the_third, [0, 1, 2] * 3) as results:
         assert list(results) == [0, 1, 2] * 3
+    assert InWholeRounds.rounds == [4, 4, 1]
 
 
 @pytest.fixture
