@@ -97,8 +97,11 @@ class InWholeRounds(ThreadingBackend):
     Its workers are threads: a process that is forked from one of many threads may wait for ever for a lock of theirs.
     """
 
-    supports_return_generator = False
     rounds: ClassVar[list[int]] = []
+
+    @property
+    def supports_return_generator(self) -> bool:
+        return False
 
     def start_call(self) -> None:
         self.rounds.append(0)
