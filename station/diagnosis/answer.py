@@ -169,6 +169,7 @@ def _effect(evidence: Evidence, found: Search, fitted: Fit, term: Term, assessme
         separated_by=advice(evidence, effect),
         other_by=_other_by(found, effect.id) if len(near) > 1 and "other" in near else "",
         acting=acting(evidence, fitted, effect),
+        is_series=effect.is_series,
     )
 
 

@@ -264,4 +264,5 @@ def _of_simulation(comparison: EffectComparison, simulated: Found) -> EffectFoun
         separated_by=effect.separated_by,
         side=comparison.side,
         acting=acting(simulated.evidence, fitted, effect),
+        is_series=effect.is_series,
     )

@@ -182,6 +182,7 @@ class EffectFound:
     `determined` are the combinations that are identifiable where single numbers are not; `held_out_gain` is what the
     name adds to the prediction of unseen runs; `separated_by` is the advice that separates the class, and `other_by`
     what `other` in it depends on. `acting` tells in which phases of which runs it acts, by the model that has it.
+    `is_series` is True if its parameters say nothing one by one.
     """
 
     id: str
@@ -196,6 +197,7 @@ class EffectFound:
     side: Side = "recording"
     other_by: str = ""
     acting: tuple[Acting, ...] = ()
+    is_series: bool = False
 
     @property
     def members(self) -> list[str]:

@@ -61,7 +61,7 @@ class Effect(ABC):
     strains: ClassVar[bool] = True
     """False if `seen` moves a mark as a whole, and its shape stays."""
     is_series: ClassVar[bool] = False
-    """True if the law is the first terms of a series, which leaves a part of anything that it stands for."""
+    """True if its numbers are terms of a series: people are told what these are together (`derived`)."""
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """Returns the factor m (n,) on the limit curve's support function at `way_rad`; 1 at the null. At least 0."""

@@ -13,7 +13,8 @@ class Parameter:
     while the effect vanishes and is therefore started from each of `starts`. `low` and `high` bound the number: a sign
     that physics forbids is outside the bounds. `typical` is a size at which the effect is plain to see: it scales steps
     and starts. A law that has no slope at its null, as it sets in beyond a size, or one whose slope there holds only
-    nearby, is also looked at with each of `sizes`.
+    nearby, is also looked at with each of `sizes`. `sd` is the standard deviation of the number's prior about a
+    neutral value of 0, where nature says it: the number then costs what the data say beyond it. With 0 it has none.
     """
 
     name: str
@@ -24,6 +25,7 @@ class Parameter:
     null: float | None = 0.0
     starts: tuple[float, ...] = ()
     sizes: tuple[float, ...] = ()
+    sd: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuses, by a ValueError, a parameter that cannot be fitted."""
@@ -33,6 +35,8 @@ class Parameter:
             raise ValueError(f"parameter {self.name}: its null value {self.null} is outside {self.low} … {self.high}")
         if self.null is None and not self.starts:
             raise ValueError(f"parameter {self.name}: a shape needs values to start from")
+        if self.sd and self.neutral:
+            raise ValueError(f"parameter {self.name}: a prior is about 0, but the neutral value is {self.neutral}")
         if not self.typical > 0:
             raise ValueError(f"parameter {self.name}: expected a positive typical size, got {self.typical}")
 

@@ -161,6 +161,7 @@ class Unnamed(Effect):
     law: ClassVar[str] = "a sum of smooth functions (all 0)"
     source: ClassVar[str] = "none: a smooth term"
     separated_by: ClassVar[str] = "nothing: it stands for what has no name"
+    is_series: ClassVar[bool] = True
     covariate: str
 
     def __init__(self, covariate: str, words: str, *, size: int, typical: float, unit: str, most: float) -> None:

@@ -35,7 +35,7 @@ def determined(evidence: Evidence, fitted: Fit, term: Term) -> tuple[Combination
     """Returns the combinations of a term's numbers that are identifiable; empty where each number stands for itself."""
     free, covariance = fitted.of_effect(term.effect.id)
     held = [fitted.at_bound(term.effect.id, one.name) for one in free]
-    entangled = len(free) > 1 and _entangled(covariance, held)
+    entangled = len(free) > 1 and (term.effect.is_series or _entangled(covariance, held))
     contact = _contact(evidence)
     offered = {} if contact is None else term.effect.derived(contact, term.values)
     if entangled and (contact is None or not offered):

@@ -38,7 +38,8 @@ class Curvature:
 
         A Newton step's weights (ν + 1) / (ν + w²) are 1 on average, and the information of Student's t is (ν + 1) / (ν
         + 3). Each number's variance is the larger of that and of the sandwich with the runs as clusters (Huber 1967;
-        Liang & Zeger 1986, Biometrika 73, 13), the latter shrunk to the former where the runs are few.
+        Liang & Zeger 1986, Biometrika 73, 13), the latter shrunk to the former where the runs are few. A number that
+        its prior determines takes no run.
 
         Args:
             precision: (k,) that of the numbers' priors.
@@ -51,7 +52,8 @@ class Curvature:
         share = np.zeros((int(self.run.max(initial=0)) + 1, table.shape[1]))
         np.add.at(share, self.run, table * self.pull[:, None])
         runs = len(np.unique(self.run))
-        meat = share.T @ share * (runs / max(runs - table.shape[1], 1)) + np.diag(precision)
+        known_before = float(np.diag(of_model) @ precision)
+        meat = share.T @ share * (runs / max(runs - table.shape[1] + known_before, 1.0)) + np.diag(precision)
         sandwich = of_model @ meat @ of_model
         ratio = np.diag(sandwich) / np.maximum(np.diag(of_model), 1e-300)
         wider = 1.0 + (np.maximum(ratio, 1.0) - 1.0) * runs / (runs + thresholds.TRUSTED_AFTER_RUNS)

@@ -140,7 +140,7 @@ def _effects(diagnosis: Diagnosis) -> Table:
 def _how_much(effect: EffectFound) -> str:
     """Gives the combinations that are identifiable, then the single numbers that are."""
     known = [f"{one.expression}: {one.known}" for one in effect.determined]
-    if known and effect.id == "other":  # its coefficients say nothing else
+    if known and effect.is_series:  # its terms say nothing one by one
         return "; ".join(known)
     inside = known or any(not value.at_bound for value in effect.parameters.values())
     single = {name: value for name, value in effect.parameters.items() if not (inside and value.at_bound)}

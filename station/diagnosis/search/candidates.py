@@ -269,9 +269,12 @@ class Fitter:
 
         A shape costs no more than the share of its range that is ruled out: where the effect is weak nothing determines
         its shape, which explains nothing either. A shape at its bound costs little: a law that fits only at the end of
-        its range is likely the simpler law that it becomes there.
+        its range is likely the simpler law that it becomes there. A number with a prior costs what the data say
+        beyond it, by Laplace's approximation.
         """
         full = math.log(max(self.evidence.used(), 2))
+        if parameter.sd:
+            return max(2.0 * math.log(parameter.sd / found.sd(effect.id, parameter.name)), 0.0)
         if not parameter.is_shape:
             return full
         if found.at_bound(effect.id, parameter.name):
