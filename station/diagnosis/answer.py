@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -18,14 +19,16 @@ from station.diagnosis.one_function import Finding, as_one
 from station.diagnosis.result import Candidates, Diagnosis, EffectFound, FitQuality, HeldOutGain, Verdict
 from station.diagnosis.search.acting import acting
 from station.diagnosis.search.advised import advice
+from station.diagnosis.search.beside import Beside
+from station.diagnosis.search.kinds import kinds_of_runs
 from station.diagnosis.search.locate import located, summary_of
 from station.diagnosis.search.posterior import Posteriors, called
 from station.diagnosis.search.search import Search
-from station.diagnosis.search.toppled import Toppled, shows_toppling, toppled
+from station.diagnosis.search.toppled import shows_toppling, toppled
 from station.diagnosis.search.unnamed import change, depends_on, smooth_in_words
 from station.physics.catalogue import Catalogue
 from station.physics.model import Model, Term, table_of_model
-from station.physics.smooth import is_smooth
+from station.physics.smooth import PREFIX, is_smooth
 
 
 def why_not(evidence: Evidence) -> str | None:
@@ -70,17 +73,16 @@ def answered(
     name: str,
     rng: np.random.Generator,
 ) -> Diagnosis:
-    """Returns the answer, with the runs in which the block toppled looked at beside the channels."""
+    """Returns the answer, with what is looked at beside the channels: where blocks toppled, and two kinds of runs."""
     posteriors, quality = assessment.posteriors, assessment.quality
     claimed = bool(found.found or found.places)
     effects = _effects(evidence, found, assessment)
     prior = thresholds.SINGLE / max(len(catalogue), 1)
     tips = toppled(evidence, tuple(catalogue.values()), prior=prior / (prior + thresholds.NONE), rng=rng)
     untestable = {name: why for name, why in found.untestable.items() if not shows_toppling(evidence, catalogue[name])}
-    verdict = overall(effects, claimed=claimed)
-    if tips is not None:
-        effects = tuple(sorted((*effects, *tips.effects), key=lambda effect: -effect.probability))
-        verdict = "supported"
+    beside = [one for one in (tips, kinds_of_runs(evidence, found.model, rng)) if one is not None]
+    more = (effect for one in beside for effect in one.effects)
+    effects = tuple(sorted((*effects, *more), key=lambda effect: -effect.probability))
     stages = found.stages
     return Diagnosis(
         recording=name,
@@ -92,13 +94,13 @@ def answered(
         mu_s=level_of(evidence, found.null),
         level="mu_k" if evidence.onsets is None else "mu_s",
         scatter=found.null.noise.scatter,
-        # The smaller of two p-values is doubled (Bonferroni).
-        global_p=found.global_p if tips is None else min(found.global_p, 2.0 * min(found.global_p, tips.p)),
-        verdict=verdict,
-        located=(*(() if tips is None else (tips.place,)), *located(evidence, found.stages)),
+        # The smallest of several p-values counts once for each (Bonferroni).
+        global_p=min([found.global_p, *((1 + len(beside)) * one.p for one in beside)]),
+        verdict="supported" if beside else overall(effects, claimed=claimed),
+        located=(*(place for one in beside for place in one.places), *located(evidence, found.stages)),
         effects=effects,
-        other_probability=posteriors.other,
-        none_probability=posteriors.none * (1.0 if tips is None else tips.none_probability),
+        other_probability=max([posteriors.other, *(one.probability for one in _without_name(beside))]),
+        none_probability=posteriors.none * math.prod(one.none_probability for one in beside),
         fit=quality,
         candidates_tried=sum(stage.tried for stage in stages),
         candidates=tuple(
@@ -117,12 +119,16 @@ def answered(
         ),
         untestable=untestable,
         numerics=(),
-        notes=evidence.notes,
+        notes=(*evidence.notes, *(note for one in beside for note in one.notes)),
         model=table_of_model(_with_mass(as_simulated(evidence, assessment.model), catalogue, tips)),
     )
 
 
-def _with_mass(model: Model, catalogue: Catalogue, tips: Toppled | None) -> Model:
+def _without_name(beside: Sequence[Beside]) -> list[EffectFound]:
+    return [effect for one in beside for effect in one.effects if effect.id == called(PREFIX)]
+
+
+def _with_mass(model: Model, catalogue: Catalogue, tips: Beside | None) -> Model:
     for one in () if tips is None else tips.effects:
         model = model.with_term(Term(catalogue[one.id], {name: value.value for name, value in one.parameters.items()}))
     return model

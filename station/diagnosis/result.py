@@ -14,9 +14,9 @@ Verdict = Literal["supported", "not supported", "indistinguishable", "untestable
 
 Counted = Literal["runs", "rows", "windows"]
 
-Tested = Literal["channel", "friction", "toppling"]
-"""The test whose p a place has: of its channel alone, of a smooth term of friction (which onset and slide share), or of
-toppling."""
+Tested = Literal["channel", "friction", "toppling", "kinds of runs"]
+"""The test whose p a place has: of its channel alone, of a smooth term of friction (which onset and slide share), of
+toppling, or of two kinds of runs."""
 
 Side = Literal["recording", "simulation", "both"]
 """The side that has an effect: the recording, the simulation that was given, or both."""

@@ -229,7 +229,7 @@ GAUSSIAN = Threshold(
 LEAST_KNOWN = Threshold(
     8,
     unit="runs",
-    meaning="With fewer runs onset and slide share no friction, and no wander is estimated.",
+    meaning="With fewer runs onset and slide share no friction, no wander is estimated, and runs are no kind.",
     how="Convention: a robust standard deviation of eight is known to a quarter.",
     shown="pytest tests/unit/diagnosis/test_wander.py",
 )

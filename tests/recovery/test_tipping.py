@@ -68,8 +68,8 @@ def test_a_concealed_block_that_tips_is_named_with_its_slenderness_and_place(con
     true = 1.0 / math.tan(plan.entry["effects"][0]["value"])
     assert abs(told.value - true) < 4.0 * told.sd
     assert told.sd < 0.1 * true
-    assert list(found.place.runs) == sorted(plan.entry["tipped_runs"])
-    assert all(window.from_ns < window.to_ns for window in found.place.windows)
+    assert list(found.places[0].runs) == sorted(plan.entry["tipped_runs"])
+    assert all(window.from_ns < window.to_ns for window in found.places[0].windows)
 
 
 def test_a_concealed_null_never_tips(tmp_path: Path) -> None:

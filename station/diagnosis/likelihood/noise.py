@@ -99,9 +99,7 @@ def estimate_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
         factor[channel.name] = math.sqrt(
             max(_factor(values[known], rows.sigma[known], rows.run[known]) ** 2 - more, 0.25)
         )
-        mean, error = _run_means(
-            values[known], factor[channel.name] * rows.sigma[known], rows.run[known], evidence.runs
-        )
+        mean, error = run_means(values[known], factor[channel.name] * rows.sigma[known], rows.run[known], evidence.runs)
         if wander is not None and place is not None:
             error = np.hypot(error, _of_means(wander, place, rows.run[known], evidence.runs))
         means[channel.name], errors[channel.name] = mean, error
@@ -145,8 +143,12 @@ def _of_means(wander: Wander, place_m: Array, run: Times, runs: int) -> Array:
     return found
 
 
-def _run_means(values: Array, sigma: Array, run: Times, runs: int) -> tuple[Array, Array]:
-    """Returns the weighted mean of each run (runs,) and its standard error (runs,); nan for a run without rows."""
+def run_means(values: Array, sigma: Array, run: Times, runs: int) -> tuple[Array, Array]:
+    """Returns the weighted mean of each run (runs,) and its standard error (runs,); nan for a run without rows.
+
+    `values` (n,) have the standard deviations `sigma` (n,) in the same unit, and `run` (n,) has the index of each
+    row's run, below `runs`.
+    """
     weight = 1.0 / np.maximum(sigma, 1e-12) ** 2
     total = np.bincount(run, weight, runs)
     summed = np.bincount(run, weight * values, runs)

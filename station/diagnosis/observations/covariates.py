@@ -8,6 +8,9 @@ ANGLES = frozenset({"previous_direction", "turned", "direction", "yaw", "slide_t
 PLACES = ("x", "y")
 """The two covariates of the place on the plate, which belong together."""
 
+KIND = "kind"
+"""The covariate that nobody recorded: which of two kinds a run is of, see `search/kinds.py`."""
+
 TITLES = {
     "direction": "tilt direction",
     "yaw": "block's yaw",

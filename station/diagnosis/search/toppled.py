@@ -25,6 +25,7 @@ from station.diagnosis.inference.tempered import Posterior, tempered
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.tips import Tips
 from station.diagnosis.result import EffectFound, Located, Stretch, Value
+from station.diagnosis.search.beside import Beside
 from station.diagnosis.search.locate import MOST_RUNS, MOST_WINDOWS
 from station.physics.contact import Array, Contact
 from station.physics.effect import Effect
@@ -177,21 +178,7 @@ def _share(tips: Tips) -> Array:
     return np.where(tips.tipped, np.clip((high - low) / np.maximum(high, 1e-9), SHIFTED, 1.0), 1.0)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Toppled:
-    """The finding that a block topples: the effects on its mass, where it shows, and an upper bound on p."""
-
-    effects: tuple[EffectFound, ...]
-    place: Located
-    p: float
-
-    @property
-    def none_probability(self) -> float:
-        """The probability that none of the effects acts, at most."""
-        return 1.0 - max(one.probability for one in self.effects)
-
-
-def toppled(evidence: Evidence, effects: Sequence[Effect], *, prior: float, rng: np.random.Generator) -> Toppled | None:
+def toppled(evidence: Evidence, effects: Sequence[Effect], *, prior: float, rng: np.random.Generator) -> Beside | None:
     """Gives the finding that the block topples; None if mistakes are likelier, or if no effect says where the mass is.
 
     Args:
@@ -207,9 +194,8 @@ def toppled(evidence: Evidence, effects: Sequence[Effect], *, prior: float, rng:
     named = found.likeliest() if found is not None else ()
     if found is None or not named:
         return None
-    return Toppled(
-        effects=tuple(_found(found, effect, named) for effect in named), place=_place(evidence, found.p), p=found.p
-    )
+    seen = tuple(_found(found, effect, named) for effect in named)
+    return Beside(effects=seen, places=(_place(evidence, found.p),), p=found.p)
 
 
 def shows_toppling(evidence: Evidence, effect: Effect) -> bool:

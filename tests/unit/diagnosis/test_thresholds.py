@@ -31,6 +31,8 @@ SETTINGS: dict[str, str] = {
         inference.columns:HOPELESS
         inference.columns:ABSORBED inference.determined:STEP likelihood.slopes:STEP likelihood.wander:STEPS
         likelihood.grouped:STEPS
+        likelihood.mixture:ROUNDS likelihood.mixture:SETTLED likelihood.mixture:SPLITS likelihood.mixture:PEAKS
+        likelihood.one_peak:FARTHEST likelihood.one_peak:BEGINNINGS
         likelihood.noise:CENSORED_ROUNDS likelihood.noise:TAILS search.candidates:OFF_NULL search.candidates:PROMISED
         search.candidates:HARDLY search.toppled:SHIFTED search.places:CONSTANT
         search.smooth:SAME search.places:DEPENDENT inference.columns:ROUGH
@@ -42,10 +44,12 @@ SETTINGS: dict[str, str] = {
         inference.level:HALF inference.level:OF_MEDIAN""",
     "what a result shows, and how; no claim depends on it": """
         inference.best_known:INFLATED search.locate:MOST_PLACES search.locate:MOST_WINDOWS search.locate:MOST_RUNS
-        search.locate:STANDS_OUT search.locate:BINS search.locate:READ_RESIDUALS_IN search.unnamed:UNIT""",
+        search.locate:STANDS_OUT search.locate:BINS search.locate:READ_RESIDUALS_IN search.unnamed:UNIT
+        search.kinds:NAMED""",
     "how many rows are worked on at a time: the memory that this takes": "likelihood.whitening:PART_ROWS",
     "guards of a division near zero": """
-        likelihood.systematic:TILTED likelihood.systematic:LEAST_SLOPE likelihood.grouped:LEAST""",
+        likelihood.systematic:TILTED likelihood.systematic:LEAST_SLOPE likelihood.grouped:LEAST
+        likelihood.mixture:LEAST_SPREAD""",
     "so large a standard deviation that a level says nothing, as any larger one": """
         likelihood.grouped:ANY""",
 }
