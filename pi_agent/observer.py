@@ -72,7 +72,7 @@ class Observer:
         return trackers
 
     def block(self, frame: Frame) -> MarkerCorners:
-        """Returns the block's mark in a frame; one that is the one before again shows nothing."""
+        """Returns the block's mark in a frame; one that was there before shows nothing."""
         self.repeated = self._repeats.see(frame)
         if self.repeated:
             return self._nothing(frame)

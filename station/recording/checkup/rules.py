@@ -142,7 +142,7 @@ def _fresh(report: Report) -> Iterator[Finding]:
     if corners is not None and corners.repeated:
         yield Finding(
             "frozen",
-            f"expected every frame to be a new one, {corners.repeated} are the one before again: it was frozen",
+            f"expected every frame to be a new one, {corners.repeated} were there before: it was frozen",
         )
     if corners is not None and corners.late:
         yield Finding(

@@ -43,7 +43,7 @@ class StreamHealth:
     late: int = 0
     """Messages that were older than `LATE_NS` when they arrived: too old to decide anything by."""
     repeated: int = 0
-    """Frames that are the one before again: the camera was frozen."""
+    """Frames that were there before: the camera was frozen."""
 
 
 class StreamWatch:

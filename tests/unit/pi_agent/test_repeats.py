@@ -1,4 +1,4 @@
-"""A frame that is the one before again is none: whatever the camera's noise, and whatever its stamps say."""
+"""A frame that was there before is none: whatever the camera's noise, and whatever its stamps say."""
 
 from __future__ import annotations
 
@@ -45,6 +45,17 @@ def test_the_same_picture_again_shows_nothing_and_is_said(step_ns: int):
     assert [report.found for report in reports] == [True] * 5 + [False] * 4
     assert {report.reason for report in reports[5:]} == {REPEATED}
     assert all(report.corners_px == () for report in reports[5:])
+
+
+@pytest.mark.parametrize("buffers", [2, 3, 32])
+def test_buffers_that_are_handed_out_in_turn_show_nothing(buffers: int):
+    """Each picture differs from the one before it: three in turn gave a run that was kept, and an onset 9 degrees off."""
+    view = SyntheticView(rig(), rng=np.random.default_rng(3))
+    observer, kept = Observer(rig(), view.info), [view.frame(scene(), 0) for _ in range(buffers)]
+    shown = [kept[number % buffers] for number in range(3 * buffers)]
+    reports = [observer.block(Frame(image, number * FRAME_NS, number)) for number, image in enumerate(shown)]
+    assert all(report.found for report in reports[:buffers])
+    assert {report.reason for report in reports[buffers:]} == {REPEATED}
 
 
 def test_without_noise_the_same_picture_is_a_new_frame_while_its_stamps_go_on():
