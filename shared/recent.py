@@ -1,6 +1,6 @@
 """Tells what was there before among the last few: a camera that shows one picture again, or a ring of them in turn.
 
-A stalled driver hands its buffers out again, one after another: each picture differs from the one before it, and is that
+A stalled driver hands its buffers out again in turn: each picture differs from the one before it, and is that
 of some pictures ago.
 """
 

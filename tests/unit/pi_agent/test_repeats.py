@@ -49,7 +49,7 @@ def test_the_same_picture_again_shows_nothing_and_is_said(step_ns: int):
 
 @pytest.mark.parametrize("buffers", [2, 3, 32])
 def test_buffers_that_are_handed_out_in_turn_show_nothing(buffers: int):
-    """Each picture differs from the one before it: three in turn gave a run that was kept, and an onset 9 degrees off."""
+    """Each picture differs from the one before it: three in turn gave a run that was kept, an onset 9 degrees off."""
     view = SyntheticView(rig(), rng=np.random.default_rng(3))
     observer, kept = Observer(rig(), view.info), [view.frame(scene(), 0) for _ in range(buffers)]
     shown = [kept[number % buffers] for number in range(3 * buffers)]
