@@ -98,7 +98,7 @@ def _onsets(channel: Onsets, part: Fit, left_out: Bools, *, onset: Array, within
     residual, tilt = channel.residual(part.model), channel.angle_rad()
     chosen = left_out[rows.run] & ~rows.limit
     onset[rows.run[chosen]] = (residual * np.sin(tilt) * np.cos(tilt))[chosen]
-    spread = np.sqrt(part.noise.scatter**2 + rows.sigma**2 + channel.shaking(part.model) ** 2)
+    spread = np.sqrt(part.noise.scatter**2 + part.noise.of_reading(channel) + channel.shaking(part.model) ** 2)
     tail = part.noise.tail[channel.name]
     law: Any = norm if tail >= thresholds.GAUSSIAN else student(tail)
     pull = residual / spread

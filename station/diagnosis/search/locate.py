@@ -23,6 +23,9 @@ MOST_RUNS = 60
 STANDS_OUT = 0.7
 """A row stands out if the smooth part's size there is above this quantile."""
 
+NINE_TENTHS = (0.05, 0.95)
+"""The quantiles of a smooth part between which a change is told: from nearly the least to nearly the most of it."""
+
 BINS = 10
 
 READ_RESIDUALS_IN = {
@@ -103,7 +106,8 @@ def summary_of(model: Model, place: Place) -> str:
         amount = _amount(math.expm1(middle) if channel.shares_friction else middle, channel.unit)
         return f"{channel.phase}: {what} is off by {amount} throughout"
     title = TITLES.get(place.covariate, place.covariate)
-    change = 2 * float(np.sqrt(np.mean(smooth**2)))
+    low, high = np.quantile(smooth, NINE_TENTHS).tolist()
+    change = math.expm1(high - low) if channel.shares_friction else high - low
     return f"{channel.phase}: {what} changes by about {_amount(change, channel.unit)} with the {title}"
 
 

@@ -6,6 +6,7 @@ coating do; a rise (f < 0) is roughening, or dust. With n0 far beyond the sessio
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
@@ -35,6 +36,12 @@ class Wear(Effect):
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """Gives the factor (n,) on friction by the law of this module."""
         return 1.0 + values["fall"] * np.expm1(-contact.run / values["runs"])
+
+    def derived(self, contact: Contact, values: Values) -> Mapping[str, tuple[float, str]]:
+        """Returns how much friction changes over the session, which the fall and its runs share."""
+        first, last = np.argmin(contact.run), np.argmax(contact.run)
+        friction = 1.0 + values["fall"] * np.expm1(-contact.run[[first, last]] / values["runs"])
+        return {"change of friction from the first to the last run": (float(friction[1] / friction[0] - 1.0), "1")}
 
     def why_untestable(self, contact: Contact) -> str | None:
         """Runs whose order is unknown cannot show it."""

@@ -10,16 +10,19 @@ from functools import cache
 import numpy as np
 import pytest
 
+from shared.messages import Sample
 from station.diagnosis.inference.determined import determined
 from station.diagnosis.inference.fit import Fit, fit
 from station.diagnosis.inference.level import levelled
 from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.setting import Setting
+from station.diagnosis.observations.table import table_evidence
 from station.physics.catalogue import catalogue
 from station.physics.contact import Contact
 from station.physics.effect import Values
 from station.physics.model import Model, Term
+from station.signals.measured import Measured
 from station.simulators.simulator import simulator
 from tests.unit.diagnosis.recorded import OPENING_RADIUS_M, golden, joined
 
@@ -134,3 +137,17 @@ def test_without_an_onset_a_slope_is_told_as_a_coefficient_of_friction() -> None
     assert slope.expression.endswith("as a coefficient")
     assert slope.value == pytest.approx(PER_E_FOLD * MU_S, rel=0.15)
     assert 0.0 < slope.sd < 0.1 * slope.value
+
+
+def test_a_drift_that_has_not_settled_is_told_by_its_change() -> None:
+    """Of a steady fall of 0.2 % a row neither the whole fall nor its runs are known."""
+    rng, rows = np.random.default_rng(6), 60
+    friction = 0.3 * np.exp(-0.002 * np.arange(rows) + rng.normal(0.0, 0.01, rows))
+    columns = {"friction_coefficient": friction, "time_s": 3600.0 * np.arange(rows)}
+    seen = table_evidence(Measured(samples=(Sample(),) * rows, more=columns), Setting())
+    law = catalogue()["wear"]
+    found = fit(seen, levelled(seen, Model(mu_s=MU_S)).with_term(Term(law, {"fall": 0.1, "runs": 50.0})), [law])
+    (change,) = determined(seen, found, found.model.terms[-1])
+    assert change.expression == "change of friction from the first to the last run"
+    assert change.value == pytest.approx(np.expm1(-0.002 * 59), abs=3.0 * change.sd)
+    assert change.sd < 0.02

@@ -11,6 +11,7 @@ from scipy.stats import multivariate_normal
 
 from shared.messages import Sample
 from station.diagnosis import thresholds
+from station.diagnosis.diagnose import examined
 from station.diagnosis.inference.fit import fit
 from station.diagnosis.inference.level import levelled
 from station.diagnosis.likelihood.grouped import ANY, grouped_noise
@@ -160,3 +161,15 @@ def test_windows_after_one_change_of_speed_are_one_piece_of_evidence() -> None:
     assert promised(dealt(rng, like=True)) > 5.0 * CHI2_95
     assert dealt(rng, like=True).stretch is not None
     assert record().stretch is None, "two stretches do not say how such levels scatter"
+
+
+@pytest.mark.parametrize("seed", [733100, 733107])
+def test_intervals_hold_unseen_rows_whether_or_not_rows_have_groups(seed: int) -> None:
+    """How much of the scatter is the reading's and how much the row's own cannot be told; both count."""
+    rng = np.random.default_rng(seed)
+    angles_rad = np.arctan(0.31 * np.exp(0.06 * rng.normal(size=60))).tolist()
+    samples = tuple(Sample(onset_angle_rad=angle_rad) for angle_rad in angles_rad)
+    for names in ((), tuple(f"s{number % 20}" for number in range(60))):
+        measured = Measured(samples=samples, more={}, group=names)
+        held = examined(measured, catalogue()).diagnosis.fit.after
+        assert held.coverage90 == pytest.approx(0.9, abs=0.12)

@@ -44,7 +44,8 @@ SETTINGS: dict[str, str] = {
         inference.level:HALF inference.level:OF_MEDIAN""",
     "what a result shows, and how; no claim depends on it": """
         inference.best_known:INFLATED search.locate:MOST_PLACES search.locate:MOST_WINDOWS search.locate:MOST_RUNS
-        search.locate:STANDS_OUT search.locate:BINS search.locate:READ_RESIDUALS_IN search.unnamed:UNIT
+        search.locate:STANDS_OUT search.locate:BINS search.locate:NINE_TENTHS search.locate:READ_RESIDUALS_IN
+        search.unnamed:UNIT
         search.kinds:NAMED""",
     "how many rows are worked on at a time: the memory that this takes": "likelihood.whitening:PART_ROWS",
     "guards of a division near zero": """
