@@ -129,6 +129,7 @@ def _of_names(cases: Sequence[Scored]) -> list[Gate]:
         share("missed", "strong singles: nothing claimed", (not one.alarmed for one in strong)),
         share("sure_wrong", "strong singles: a wrong name without doubt", (one.wrongly_confident for one in strong)),
         share("both", "both effects of a pair named", (one.both for one in pairs), least=0.8, asked="≥ 80 %"),
+        share("both_strong", "the same, where both are strong", (one.both for one in pairs if one.strong)),
         share("both_class", "both effects of a pair within claimed classes", (one.right_class for one in pairs)),
     ]
 
