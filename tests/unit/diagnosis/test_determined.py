@@ -140,7 +140,7 @@ def test_without_an_onset_a_slope_is_told_as_a_coefficient_of_friction() -> None
 
 
 def test_a_drift_that_has_not_settled_is_told_by_its_change() -> None:
-    """Of a steady fall of 0.2 % a row neither the whole fall nor its runs are known."""
+    """A steady fall of 0.2 % a row tells neither the whole fall nor its runs."""
     rng, rows = np.random.default_rng(6), 60
     friction = 0.3 * np.exp(-0.002 * np.arange(rows) + rng.normal(0.0, 0.01, rows))
     columns = {"friction_coefficient": friction, "time_s": 3600.0 * np.arange(rows)}

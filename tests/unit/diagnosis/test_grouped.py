@@ -165,7 +165,7 @@ def test_windows_after_one_change_of_speed_are_one_piece_of_evidence() -> None:
 
 @pytest.mark.parametrize("seed", [733100, 733107])
 def test_intervals_hold_unseen_rows_whether_or_not_rows_have_groups(seed: int) -> None:
-    """How much of the scatter is the reading's and how much the row's own cannot be told; both count."""
+    """The reading's part of the scatter cannot be told from the row's own, and both count."""
     rng = np.random.default_rng(seed)
     angles_rad = np.arctan(0.31 * np.exp(0.06 * rng.normal(size=60))).tolist()
     samples = tuple(Sample(onset_angle_rad=angle_rad) for angle_rad in angles_rad)
