@@ -143,7 +143,7 @@ def test_a_drift_that_has_not_settled_is_told_by_its_change() -> None:
     """A steady fall of 0.2 % a row tells neither the whole fall nor its runs."""
     rng, rows = np.random.default_rng(6), 60
     friction = 0.3 * np.exp(-0.002 * np.arange(rows) + rng.normal(0.0, 0.01, rows))
-    columns = {"friction_coefficient": friction, "time_s": 3600.0 * np.arange(rows)}
+    columns = {"friction_coefficient": friction, "time_s": np.linspace(0.0, 3600.0 * (rows - 1), rows)}
     seen = table_evidence(Measured(samples=(Sample(),) * rows, more=columns), Setting())
     law = catalogue()["wear"]
     found = fit(seen, levelled(seen, Model(mu_s=MU_S)).with_term(Term(law, {"fall": 0.1, "runs": 50.0})), [law])
