@@ -16,10 +16,10 @@ from shared.rig import RigConfig, load_rig
 from station.app.attached import planted_in
 from station.app.planned import NO_PLAN, RecordedPlan, upon
 from station.app.setting import setting_of
-from station.app.simulated_again import simulated_again
+from station.app.simulated_again import simulated_again, tried
 from station.app.simulating import rig_of
 from station.app.simulations import Given, Simulation, simulation_of
-from station.app.table_simulated import against_table, refuse_no_table
+from station.app.table_simulated import SimulatedTable, against_table, table_of
 from station.app.versions import versions
 from station.diagnosis.diagnose import Examined, Source, examined, read
 from station.diagnosis.next_experiment.recommended import recommended
@@ -61,14 +61,15 @@ def diagnose_file(
     """
     began = time.monotonic()
     if path.suffix in TABLES:
-        config, simulation, plan = load_rig(rig) if rig else None, simulate, NO_PLAN
-        if simulate is not None:
-            refuse_no_table(simulate)
+        config, plan = load_rig(rig) if rig else None, NO_PLAN
+        simulation = None if simulate is None else table_of(simulate)
         recorded: Source = read_measured(path)
     else:
         reader = open_recording(path)
         config = rig_of(reader, path=rig)
-        simulation = simulate and simulation_of(simulate, rig=config, limit_s=simulate_limit, plugins=plugins)
+        simulation = None
+        if simulate is not None:
+            simulation = simulation_of(simulate, rig=config, limit_s=simulate_limit, plugins=plugins)
         status("reading the recording")
         recorded, plan = partial(load_signals, reader), RecordedPlan.of(reader)
     found = diagnose_session(
@@ -85,7 +86,7 @@ def diagnose_session(
     rig: RigConfig | None = None,
     plan: RecordedPlan = NO_PLAN,
     seed: int = 1,
-    simulate: Given | Simulation | None = None,
+    simulate: Given | Simulation | SimulatedTable | None = None,
     folding: Folding = named,
     jobs: int = 1,
     status: Progress = lambda _: None,
@@ -122,13 +123,21 @@ def _diagnosed(
     rig: RigConfig | None,
     plan: RecordedPlan,
     seed: int,
-    simulate: Given | Simulation | None,
+    simulate: Given | Simulation | SimulatedTable | None,
     folding: Folding,
     jobs: int,
     status: Progress,
 ) -> Examined:
     """Returns the answer with the next experiment, and against the simulation if one is given."""
     setting = setting_of(rig)
+    simulation: Simulation | SimulatedTable | None = None
+    if isinstance(simulate, SimulatedTable):
+        simulation = simulate
+    elif simulate is not None:
+        if rig is None:
+            raise UserError(f"Expected a rig to simulate {name} with, got none; give one with --rig")
+        simulation = simulation_of(simulate, rig=rig)
+        tried(recorded, simulation, rig=rig, progress=status)
     known = catalogue_of_table(rig.physics if rig else Table({}))
     found = examined(
         recorded, known, name=name, setting=setting, seed=seed, folding=folding, jobs=jobs, progress=status
@@ -138,15 +147,9 @@ def _diagnosed(
     answer = found.diagnosis
     if answer.next_experiment is not None:
         answer = replace(answer, next_experiment=upon(plan, answer.next_experiment))
-    if simulate is None:
-        return replace(found, diagnosis=answer)
-    signals = read(recorded)
-    if not isinstance(signals, Signals):
-        answer = against_table(found, known, setting=setting, simulate=simulate, progress=status)
-    else:
-        if rig is None:
-            raise UserError(f"Expected a rig to simulate {name} with, got none; give one with --rig")
-        simulation = simulation_of(simulate, rig=rig)
+    if isinstance(simulation, SimulatedTable):
+        answer = against_table(found, known, setting=setting, simulated=simulation, progress=status)
+    elif simulation is not None and rig is not None and isinstance(signals := read(recorded), Signals):
         answer = simulated_again(
             found, signals, rig=rig, setting=setting, simulation=simulation, seed=seed, progress=status
         )

@@ -6,9 +6,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+from shared.errors import UserError
 from shared.rig import RigConfig
 from station.app.simulations import Simulation
-from station.diagnosis.diagnose import Examined
+from station.diagnosis.diagnose import Examined, Source, read
 from station.diagnosis.given import against_given
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.predict.simulated import parts_of_plain
@@ -20,11 +21,37 @@ from station.signals.session import Signals
 from station.simulators.artefacts import artefacts
 from station.simulators.mujoco.numerics import BASELINE, numerics
 from station.simulators.mujoco.own_settings import own_setup
-from station.simulators.rerun import RUNS, Part, rerun_in_parts
+from station.simulators.rerun import RUNS, Part, rerun_in_parts, some_runs
 from station.simulators.same_runs import refuse_other_runs
 from station.simulators.simulator import AS_IT_IS, OwnFriction, RecordedSimulation, Refinable
+from station.simulators.yours.called import Called
 
 Progress = Callable[[str], None]
+
+
+def tried(recorded: Source, simulation: Simulation, *, rig: RigConfig, progress: Progress = lambda _: None) -> None:
+    """Asks a given simulation for a run as it is: what is wrong with it is told before the recording is diagnosed.
+
+    A simulator of ours and a scene are not asked: opening them shows what is wrong with them. What a recording lacks
+    that cannot be simulated is said by its diagnosis.
+
+    Raises:
+        UserError: if the simulation is one of other commands, or whatever a function does wrong in its first run.
+    """
+    if not isinstance(simulation.engine, Called | RecordedSimulation):
+        return
+    signals = read(recorded)
+    if not isinstance(signals, Signals):
+        return
+    try:
+        one = some_runs(signals, 1)
+    except UserError:
+        return
+    progress(f"trying {simulation.name}")
+    if isinstance(simulation.engine, RecordedSimulation):
+        refuse_other_runs(signals, simulation.engine.repeat(signals, AS_IT_IS, rig=rig), name=simulation.name)
+    else:
+        simulation.engine.repeat(one, AS_IT_IS, rig=rig)
 
 
 def simulated_again(

@@ -43,7 +43,7 @@ def simulation_of(
         plugins: folders with simulators of the user's own, beside those of the rig file.
 
     Raises:
-        UserError: for an unknown name, a file that cannot be opened, or settings that cannot be.
+        UserError: for an unknown name, a file that cannot be opened, settings that cannot be, or something else.
     """
     own_setup(rig)
     if isinstance(given, Simulation):
@@ -55,6 +55,11 @@ def simulation_of(
         return Simulation(name="the given simulation", engine=RecordedSimulation(given))
     if isinstance(given, Simulator):
         return Simulation(name=type(given).__name__, engine=given)
+    if not callable(given):
+        raise UserError(
+            "Expected a simulator's name, a file, a recording or a function to simulate with, got "
+            f"{type(given).__name__}"
+        )
     name = str(getattr(given, "__name__", "the given simulation"))
     return Simulation(name=name, engine=of_function(given, name=name))
 

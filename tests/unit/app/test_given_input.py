@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import hashlib
+import re
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+import station
 from shared.errors import UserError
 from shared.rig import RigConfig
 from station.__main__ import main
@@ -28,6 +31,7 @@ from station.signals.session import Signals
 from station.simulators.errors import errors
 from station.simulators.same_runs import refuse_other_runs
 from station.simulators.simulator import simulator
+from station.simulators.yours.run import Run
 from tests.unit.diagnosis import recorded as sessions
 from tests.unit.diagnosis.recorded import GOLDEN, OPENING_RADIUS_M, joined, later, session
 
@@ -167,12 +171,62 @@ def test_the_recording_is_never_changed(
     before = hashlib.sha256(Path("session.mcap").read_bytes()).hexdigest()
     code = main(["diagnose", "session.mcap", "--simulate", file])
     told = capsys.readouterr().err
-    if name == "it raises":  # three runs are too few to come to it
-        assert code == 0
-    else:
-        assert code == 2
-        assert words in " ".join(told.split())
+    assert code == 2
+    assert words in " ".join(told.split())
     assert hashlib.sha256(Path("session.mcap").read_bytes()).hexdigest() == before
+
+
+def gives_nan(run: Run) -> object:
+    return [[t, run.x_m, float("nan"), run.yaw_rad] for t in run.t_s]
+
+
+def gives_text(run: Run) -> str:
+    return f"run {run.number}"
+
+
+def raises(run: Run) -> None:
+    raise ValueError(f"run {run.number}")
+
+
+AT_ONCE: dict[str, tuple[Any, str]] = {
+    "a number": (3, "Expected a simulator's name, a file, a recording or a function to simulate with, got int"),
+    "nan": (gives_nan, "gives_nan, run 0 of the session: expected finite numbers"),
+    "a text": (gives_text, "gives_text, run 0 of the session: expected rows of t, x, y, yaw"),
+    "an exception": (raises, "raises, run 0 of the session: it raised ValueError"),
+    "a file without the function": ("my_sim.py:other", "Expected a function other in my_sim.py, found none"),
+    "no such recording": ("none.mcap", "Expected a recording at none.mcap"),
+    "other tilts": (None, "runs are others"),
+}
+
+
+@pytest.mark.parametrize("name", AT_ONCE)
+def test_a_wrong_simulator_is_refused_before_the_recording_is_diagnosed(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        pytest.fail("the recording is diagnosed")
+
+    given, words = AT_ONCE[name]
+    monkeypatch.chdir(tmp_path)
+    Path("my_sim.py").write_text("def simulate(run):\n    return None\n", encoding="utf-8")
+    recording = station.open(GOLDEN)
+    given = steeper(recording.signals) if given is None else given
+    monkeypatch.setattr("station.app.diagnosing.examined", refuse)
+    with pytest.raises(UserError, match=re.escape(words)):
+        station.diagnose(recording, simulation=given)
+
+
+def test_a_simulated_table_is_read_before_the_table_is_diagnosed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        pytest.fail("the table is diagnosed")
+
+    table = tmp_path / "samples.csv"
+    table.write_text("onset_angle_rad\n0.3\n", encoding="utf-8")
+    monkeypatch.setattr("station.app.diagnosing.examined", refuse)
+    with pytest.raises(UserError, match=r"none\.csv"):
+        station.diagnose(table, simulation=tmp_path / "none.csv")
 
 
 def test_a_table_is_not_simulated(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
