@@ -212,6 +212,26 @@ BAD: dict[str, tuple[Change, str]] = {
         lambda columns: columns.update(x_m=[1e3 * x for x in columns["x_m"]]),
         "at most 3 m in 'x_m', as no plate is larger, got .* m; did you mean x_mm",
     ),
+    "milliseconds for seconds": (
+        lambda columns: columns.update(t_s=[1e3 * t for t in columns["t_s"]]),
+        "rows at most 2 s apart, as blocks slide for seconds, got rows 10 s apart by 't_s'; did you mean t_ms",
+    ),
+    "microseconds for seconds": (
+        lambda columns: columns.update(t_s=[1e6 * t for t in columns["t_s"]]),
+        r"got rows 1e\+04 s apart by 't_s'; did you mean t_us",
+    ),
+    "milliseconds of a fast camera for seconds": (
+        lambda columns: columns.update(
+            {name: values[:1] * 4000 for name, values in columns.items()},
+            run=[float(row // 2000) for row in range(4000)],
+            t_s=[float(row % 2000) for row in range(4000)],
+        ),
+        "runs of 0.02 s to 1800 s, as no plate takes longer to tilt, got runs of .* s by 't_s'; did you mean t_ms",
+    ),
+    "seconds for milliseconds": (
+        lambda columns: columns.update(t_ms=columns.pop("t_s")),
+        "as no block slides in less, got runs of .* s by 't_ms'; did you mean t_s",
+    ),
     "two masses in a run": (lambda columns: columns.update(mass_kg=columns["t_s"]), "Expected one mass in each run"),
 }
 

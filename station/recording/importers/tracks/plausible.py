@@ -46,6 +46,17 @@ LIKELY: Mapping[str, Likely] = {
 ROUNDED = 1.001
 """The share by which rounding may exceed a whole turn or a right angle: 1.571 rad is one."""
 
+STEP_S = 2.0
+"""The longest usual time between rows, s: slides last from tenths of seconds to minutes, and one of a minute would have
+thirty rows."""
+
+LASTS_S = (0.02, 1800.0)
+"""The usual times that a run lasts, s: in 20 ms a block falls by 2 mm and slides by less, and a plate that turns by one
+degree a minute, eight times as slowly as in tilt tests of rock, has reached 30 degrees after half an hour."""
+
+USUAL_STEP_S = 0.01
+"""The time between rows of most tracks, s."""
+
 
 def refuse_unlikely(found: Mapping[str, Column], numbers: Mapping[str, Array], path: Path) -> None:
     """Refuses a table of `numbers` (n,) by quantity if some are beyond all benches, or beyond what a plate can do.
@@ -53,12 +64,40 @@ def refuse_unlikely(found: Mapping[str, Column], numbers: Mapping[str, Array], p
     Raises:
         UserError: with the column, the farthest of its numbers, and the unit that was probably meant.
     """
+    _refuse_times(found["t"], numbers, path)
     begins = np.unique(numbers["run"], return_index=True)[1]
     for quantity, likely in ((name, likely) for name, likely in LIKELY.items() if name in numbers):
         values = np.abs(numbers[quantity])[begins if quantity == "yaw" else slice(None)]
         if np.nan_to_num(values).max(initial=0.0) > ROUNDED * likely.most:
             row = int(np.nanargmax(values))
             _refuse(found[quantity], float(values[row]), int(begins[row]) if quantity == "yaw" else row, path)
+
+
+def _refuse_times(column: Column, numbers: Mapping[str, Array], path: Path) -> None:
+    """Refuses times (n,) whose rows are too far apart, or whose runs last too long or not long enough, as most do."""
+    times = [np.sort(numbers["t"][numbers["run"] == run]) for run in np.unique(numbers["run"])]
+    times = [own[np.isfinite(own)] for own in times]
+    steps = [np.diff(own) for own in times if len(own) > 1]
+    if not steps:
+        return
+    step_s, lasts_s = float(np.median(np.concatenate(steps))), float(np.median([own.sum() for own in steps]))
+    expected = _unlikely_time(step_s, lasts_s)
+    if expected:
+        factors = {unit: factor / column.factor for unit, factor in QUANTITIES["t"].items()}
+        near = [unit for unit, by in factors.items() if not _unlikely_time(by * step_s, by * lasts_s)]
+        units = sorted(near, key=lambda unit: abs(math.log(factors[unit] * step_s / USUAL_STEP_S)))
+        mend = f"; did you mean t_{units[0]}?" if units else ""
+        raise UserError(f"{path}: expected {expected} by '{column.name}'{mend}")
+
+
+def _unlikely_time(step_s: float, lasts_s: float) -> str:
+    """Returns what was expected of the time between rows and of a run's, s, and what came; empty: it is likely."""
+    if step_s > STEP_S:
+        return f"rows at most {STEP_S:g} s apart, as blocks slide for seconds, got rows {step_s:.3g} s apart"
+    if not LASTS_S[0] <= lasts_s <= LASTS_S[1]:
+        why = "no plate takes longer to tilt" if lasts_s > LASTS_S[1] else "no block slides in less"
+        return f"runs of {LASTS_S[0]:g} s to {LASTS_S[1]:g} s, as {why}, got runs of {lasts_s:.3g} s"
+    return ""
 
 
 def _refuse(column: Column, value: float, row: int, path: Path) -> None:
