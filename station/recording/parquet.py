@@ -17,8 +17,12 @@ MOST_BYTES = 256 * 1024 * 1024
 """The size of all that is unpacked, and of all texts where each is written out: one text may stand for a million."""
 
 
+ROW_NUMBERS = "__index_level_"
+"""The names begin so by which pandas stores the numbers of rows that were sorted or chosen: they are no column."""
+
+
 def read_parquet(path: Path) -> Any:
-    """Reads the table (of `pyarrow`) in a file.
+    """Reads the table (of `pyarrow`) in a file, without the row numbers of pandas.
 
     Raises:
         UserError: if it holds more than fits into memory.
@@ -36,7 +40,8 @@ def read_parquet(path: Path) -> Any:
     chunks = [chunk for column in packed.columns for chunk in column.chunks]
     written_out = sum(_text_bytes(leaf) for chunk in chunks for leaf in _leaves(chunk))
     _refuse(path, "MB of text", written_out / 1e6, MOST_BYTES / 1e6)
-    return _written_out(packed, kinds)
+    table = _written_out(packed, kinds)
+    return table.select([name for name in table.column_names if not name.startswith(ROW_NUMBERS)])
 
 
 def _require_within(path: Path, metadata: Any, leaves: Sequence[Any]) -> None:

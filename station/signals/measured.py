@@ -14,6 +14,11 @@ from shared.messages import Sample
 Column = NDArray[np.float64]
 
 
+def left_alone(names: Sequence[str]) -> str:
+    """Says in words that nothing reads the columns of these names."""
+    return f"columns that nothing reads were left alone: {', '.join(name or 'one without a name' for name in names)}"
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Measured:
     """The rows of a table, n of them.

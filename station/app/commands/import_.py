@@ -52,6 +52,8 @@ def run(args: argparse.Namespace) -> int:
     if args.out is None and not args.check:
         raise UserError("Expected the recording to write (--out FILE.mcap) or --check, got neither")
     imported = _importer(args).read(args.file, onset=estimate_onset)
+    for note in imported.notes:
+        print(note)
     if args.out is None:
         with tempfile.TemporaryDirectory() as folder:
             _written(imported, Path(folder) / "checked.mcap", check=True)

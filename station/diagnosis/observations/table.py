@@ -20,7 +20,7 @@ from station.diagnosis.observations.table_onsets import onsets_of
 from station.diagnosis.observations.table_pulled import pulled_of
 from station.diagnosis.observations.table_rows import TableRows, mass_of
 from station.diagnosis.observations.table_states import moments_ns, places_m, rests_s
-from station.signals.measured import Measured
+from station.signals.measured import Measured, left_alone
 
 
 def table_evidence(recorded: Measured | Sequence[Sample], setting: Setting) -> Evidence:
@@ -54,7 +54,7 @@ def _notes(table: Measured, rows: TableRows) -> Iterator[str]:
     if len(rows) and not rows.ordered:
         yield "the table has no column run or time that varies, so nothing can be said of the order of its rows"
     if table.ignored:
-        yield f"columns that nothing reads were left alone: {', '.join(table.ignored)}"
+        yield left_alone(table.ignored)
 
 
 def _free(rows: TableRows, setting: Setting) -> tuple[TableRows, int]:

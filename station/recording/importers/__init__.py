@@ -33,11 +33,13 @@ Item = tuple[str, int, Message]
 class Imported:
     """The result of an importer: where it comes from, and the messages in order of their receive time.
 
-    `lacking` has one line for each thing that the source could say and does not.
+    `notes` has one line for each thing that is to be told in any case, and `lacking` one for each that the source could
+    say and does not.
     """
 
     provenance: Provenance
     messages: Iterable[Item]
+    notes: tuple[str, ...] = ()
     lacking: tuple[str, ...] = ()
 
 

@@ -32,6 +32,12 @@ def written(path: Path, **columns: Any) -> Path:
     return path
 
 
+def test_the_row_numbers_of_pandas_are_no_column(tmp_path: Path) -> None:
+    path = written(tmp_path / "a.parquet", onset_angle_rad=[0.3, 0.4], __index_level_0__=[7, 9])
+    assert read_parquet(path).column_names == ["onset_angle_rad"]
+    assert read_measured(path).ignored == ()
+
+
 @pytest.mark.parametrize("read", READERS)
 def test_more_rows_than_fit_are_refused_before_they_are_read(tmp_path: Path, read: Callable[[Path], object]) -> None:
     path = written(tmp_path / "a.parquet", onset_angle_rad=repeated(0.3, parquet.MOST_ROWS + 1))

@@ -20,6 +20,7 @@ from station.friction.onset import estimate_onset
 from station.physics.model import Model
 from station.recording.arrays import load_signals
 from station.recording.importers import tracks, write
+from station.recording.importers.tracks.table import read_table
 from station.recording.reader import open_recording
 
 Columns = dict[str, list[float]]
@@ -190,7 +191,7 @@ BAD: dict[str, tuple[Change, str]] = {
     ),
     "two names of others": (
         lambda columns: columns.update(time=columns.pop("t_s"), displacement=columns["x_m"]),
-        "got 'time': rename it t_s or t_ms or t_us or t_ns; 'displacement': leave it out",
+        "got 'time': rename it t_s or t_ms or t_us or t_ns$",
     ),
     "a table of friction": (
         lambda columns: columns.update(friction_force_n=columns.pop("x_m")),
@@ -234,6 +235,58 @@ BAD: dict[str, tuple[Change, str]] = {
     ),
     "two masses in a run": (lambda columns: columns.update(mass_kg=columns["t_s"]), "Expected one mass in each run"),
 }
+
+
+def test_columns_that_nothing_reads_are_named_and_left_alone(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    columns: dict[str, Sequence[object]] = {**two_runs()}
+    columns |= {name: ["Kim"] * len(columns["run"]) for name in ("Operator", "x_target_m", "mass_lb", "")}
+    source, out = saved(columns, tmp_path / "a.csv"), tmp_path / "a.mcap"
+    parser = argparse.ArgumentParser()
+    import_.add_arguments(parser)
+    for words in (["--check"], ["--out", str(out)]):
+        assert import_.run(parser.parse_args(["tracks", str(source), *words])) == 0
+        assert capsys.readouterr().out.splitlines()[0] == (
+            "Columns that nothing reads were left alone: Operator, x_target_m, mass_lb (convert it and call it mass_kg "
+            "or mass_g), one without a name."
+        )
+    assert len(open_recording(out).samples()) == 2
+
+
+@pytest.mark.parametrize(("between", "point"), [(";", ","), (";", "."), ("\t", ".")])
+def test_semicolons_and_tabs_are_read_and_a_decimal_comma_between_semicolons(
+    between: str, point: str, tmp_path: Path
+) -> None:
+    known = {**two_runs(), "group": ["A, B"] * len(two_runs()["run"])}
+    lines = [between.join(known)]
+    for row in zip(*known.values(), strict=True):
+        lines.append(between.join(cell if isinstance(cell, str) else str(cell).replace(".", point) for cell in row))
+    source = tmp_path / "a.csv"
+    source.write_text("\n".join(lines), encoding="utf-8")
+    read, expected = read_table(source), read_table(saved(two_runs(), tmp_path / "b.csv"))
+    assert read.group == tuple(known["group"])
+    for name, values in expected.numbers.items():
+        assert read.numbers[name].tolist() == values.tolist()
+
+
+def test_a_decimal_comma_between_commas_is_told(tmp_path: Path) -> None:
+    source = tmp_path / "a.csv"
+    source.write_text("run,t_s,x_m\n1,0,5,0,2\n", encoding="utf-8")
+    with pytest.raises(
+        UserError, match=r"3 cells between commas, .* got 5; numbers with a decimal comma need semicolons"
+    ):
+        read_table(source)
+
+
+def test_an_azimuth_may_be_counted_on_and_one_in_degrees_is_told(tmp_path: Path) -> None:
+    columns = two_runs()
+    columns["azimuth_rad"] = [azimuth + 2.0 * math.pi for azimuth in columns["azimuth_rad"]]
+    reader = open_recording(imported(saved(columns, tmp_path / "a.csv"), tmp_path / "a.mcap"))
+    assert [sample.azimuth_rad for sample in reader.samples()] == pytest.approx([0.5, 2.0], abs=1e-6)
+    columns["azimuth_rad"] = np.degrees(columns["azimuth_rad"]).tolist()
+    with pytest.raises(UserError, match=r"as that is three turns, .* did you mean azimuth_deg"):
+        imported(saved(columns, tmp_path / "a.csv"), tmp_path / "b.mcap")
 
 
 def test_a_block_that_has_turned_often_is_no_slip_of_unit(tmp_path: Path) -> None:

@@ -32,6 +32,7 @@ from station.recording.importers.tracks.slips import Motion, Slip, held, release
 from station.recording.importers.tracks.table import Tracks, read_table
 from station.recording.provenance import Provenance
 from station.signals.flags import NO_TILT, UNRESOLVED
+from station.signals.measured import left_alone
 from station.signals.traced import Traced
 
 NAME = "tracks"
@@ -59,8 +60,15 @@ def read(source: Path, *, onset: Traced | None = None) -> Imported:
     return Imported(
         provenance=_provenance(table, block, source),
         messages=_messages(table, runs, plate, block, slips),
+        notes=tuple(_notes(table)),
         lacking=lacking(table, one_clock=has_one_clock(table, runs), fixed=fixed, runs=len(runs)),
     )
+
+
+def _notes(table: Tracks) -> Iterator[str]:
+    if table.ignored:
+        said = left_alone(table.ignored)
+        yield f"{said[0].upper()}{said[1:]}."
 
 
 def _motion(run: Run, plate: Array, block: Poses) -> Motion:

@@ -27,6 +27,7 @@ class Likely:
 
 _PLACE = Likely(PLATE_M[1], "no plate is larger", 0.045, "m")
 _ANGLE = Likely(2.0 * math.pi, "that is a whole turn", 1.0, "rad")
+_COUNTED_ON = Likely(6.0 * math.pi, "that is three turns", math.pi, "rad")
 _NOISE = Likely(BLOCK_M[1], "no block is larger", 1e-4, "m")
 
 LIKELY: Mapping[str, Likely] = {
@@ -34,14 +35,15 @@ LIKELY: Mapping[str, Likely] = {
     "y": _PLACE,
     "z": _PLACE,
     "tilt": Likely(TILT_RAD, "no plate is tilted beyond the vertical", 0.4, "rad"),
-    "azimuth": _ANGLE,
-    "plate_mount": _ANGLE,
+    "azimuth": _COUNTED_ON,
+    "plate_mount": _COUNTED_ON,
     "yaw": _ANGLE,
     "sigma": _NOISE,
     "sigma_yaw": _ANGLE,
     "area": Likely(BLOCK_M[1] ** 2, "no block is larger", 1e-4, "m2"),
 }
-"""The most of each quantity that is asked. A block may turn on and on: of its yaw only each run's first is asked."""
+"""The most of each quantity that is asked. A block may turn on and on: of its yaw only each run's first is asked.
+A direction of the plate may be counted on from turn to turn, or be unwrapped."""
 
 ROUNDED = 1.001
 """The share by which rounding may exceed a whole turn or a right angle: 1.571 rad is one."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,12 +22,13 @@ from station.recording.parquet import read_parquet
 class Tracks:
     """A table of n rows: `numbers` (n,) by quantity in SI units, nan where a cell is empty, and `group` (n,) or empty.
 
-    `source` is the file's name for messages.
+    `source` is the file's name for messages, and `ignored` are the columns that nothing reads, with what to do.
     """
 
     source: str
     numbers: Mapping[str, Array]
     group: tuple[str, ...]
+    ignored: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.numbers["run"])
@@ -43,11 +45,11 @@ def read_table(path: Path) -> Tracks:
     """Reads the table in a file.
 
     Raises:
-        UserError: if it is missing, no table, has no run, no time or an unknown column, a cell that is no number, or
-            one beyond all benches.
+        UserError: if it is missing, no table, has no run or no time, a name misspelt without which there is no track, a
+            cell that is no number, or one beyond all benches.
     """
     cells = _cells(path)
-    found = columns_of(list(cells), str(path))
+    found, ignored = columns_of(list(cells), str(path))
     for quantity, name in (("run", "run"), ("t", "t_s")):
         if quantity not in found:
             listed = ", ".join(list(cells)[:8]) or "none"
@@ -62,7 +64,7 @@ def read_table(path: Path) -> Tracks:
     refuse_unlikely(found, numbers, path)
     group = found.get("group")
     named = () if group is None else tuple("" if cell is None else str(cell) for cell in cells[group.name])
-    return Tracks(source=str(path), numbers=numbers, group=named)
+    return Tracks(source=str(path), numbers=numbers, group=named, ignored=ignored)
 
 
 def _cells(path: Path) -> dict[str, Sequence[Any]]:
@@ -80,16 +82,38 @@ def _cells(path: Path) -> dict[str, Sequence[Any]]:
 def _of_csv(path: Path) -> dict[str, Sequence[Any]]:
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
-            reader = csv.reader(file)
+            delimiter = delimiter_of(file.readline())
+            file.seek(0)
+            reader = csv.reader(file, delimiter=delimiter)
             header = [name.strip() for name in next(reader, [])]
             rows = [row for row in reader if row]
     except (UnicodeDecodeError, csv.Error) as error:
         raise UserError(f"Expected a CSV table of tracks, but {path} is none ({error})") from error
+    if delimiter == ";":
+        rows = [[_with_point(cell) for cell in row] for row in rows]
     short = next((number for number, row in enumerate(rows, start=1) if len(row) != len(header)), None)
     if short is not None:
         got = len(rows[short - 1])
-        raise UserError(f"{path}, row {short}: expected {len(header)} cells, as many as there are columns, got {got}")
+        raise UserError(
+            f"{path}, row {short}: expected {len(header)} cells between {_IN_WORDS[delimiter]}, as many as there are "
+            f"columns, got {got}{_DECIMALS if delimiter == ',' else ''}"
+        )
     return {name: [row[index] for row in rows] for index, name in enumerate(header)}
+
+
+_IN_WORDS = {",": "commas", ";": "semicolons", "\t": "tabs"}
+_DECIMALS = "; numbers with a decimal comma need semicolons between the cells"
+_DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
+
+
+def delimiter_of(header: str) -> str:
+    """Returns what separates the names in a header: a comma, a semicolon or a tab."""
+    return max(_IN_WORDS, key=header.count)
+
+
+def _with_point(cell: str) -> str:
+    """Returns a number with a decimal comma with a point; whatever else as it is."""
+    return cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell) else cell
 
 
 def _of_parquet(path: Path) -> dict[str, Sequence[Any]]:

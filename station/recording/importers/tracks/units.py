@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import NoReturn
 
 from shared.errors import UserError
 from station.recording.measured import ONE_OF
@@ -64,32 +63,44 @@ class Column:
     factor: float
 
 
-def columns_of(names: Sequence[str], source: str) -> dict[str, Column]:
-    """Returns the columns by their quantities.
+def columns_of(names: Sequence[str], source: str) -> tuple[dict[str, Column], tuple[str, ...]]:
+    """Returns the columns by their quantities, and those that nothing reads, with the names that they should have.
 
     Raises:
-        UserError: for columns that nothing reads, or a quantity that comes twice.
+        UserError: for a quantity that comes twice, or one that is needed under a name that nothing reads.
     """
-    found, read = dict[str, Column](), {name: _column(name) for name in names}
-    if unknown := [name for name, column in read.items() if column is None]:
-        _refuse(unknown, source)
-    for name, column in read.items():
-        assert column is not None
+    found, unknown = dict[str, Column](), list[str]()
+    for name in names:
+        column = _column(name)
+        if column is None:
+            unknown.append(name)
+            continue
         if column.quantity in found:
             both = f"'{found[column.quantity].name}' and '{name}'"
             raise UserError(f"Expected {column.quantity} once in {source}, got it in {both}; leave one of them out")
         found[column.quantity] = column
-    return found
-
-
-def _refuse(unknown: Sequence[str], source: str) -> NoReturn:
-    if friction := [name for name in unknown if name in ONE_OF]:
+    needed, proposed = _needed(found), {name: _proposal(name) for name in unknown}
+    wrong = [f"'{name}': {words}" for name, (quantity, words) in proposed.items() if quantity in needed]
+    if wrong:
+        raise UserError(f"Expected columns of a track in {source}, got {'; '.join(wrong)}")
+    friction = [name for name in unknown if name in ONE_OF]
+    if needed and friction:
         raise UserError(
             f"Expected columns of a track in {source}, got a table of friction ('{friction[0]}'): "
             "station diagnose takes it as it is"
         )
-    proposals = "; ".join(f"'{name}': {_proposal(name)}" for name in unknown)
-    raise UserError(f"Expected columns of a track in {source}, got {proposals}")
+    return found, tuple(
+        f"{name} ({words})" if words and quantity not in found else name for name, (quantity, words) in proposed.items()
+    )
+
+
+def _needed(found: Collection[str]) -> set[str]:
+    """Returns the quantities that a table lacks without which it has no track, or not of a plate; of two ways, both."""
+    lacks = {"run", "t"} - set(found)
+    for one, other in ((("x", "y", "yaw"), CORNERS), (("tilt", "azimuth"), PLATE)):
+        if not (set(one) <= set(found) or set(other) <= set(found)):
+            lacks |= {*one, *other} - set(found)
+    return lacks
 
 
 def _column(name: str) -> Column | None:
@@ -102,16 +113,16 @@ def _column(name: str) -> Column | None:
     return None
 
 
-def _proposal(name: str) -> str:
-    """Returns the nearest name that is read; of a known quantity in an unknown unit, those of all its units."""
+def _proposal(name: str) -> tuple[str, str]:
+    """Returns the quantity that a name nearly says, and what to do; of an unknown unit, the names in all its units."""
     for quantity, units in QUANTITIES.items():
         if any(units) and (name == quantity or name.startswith(f"{quantity}_")):
-            return f"convert it and call it {' or '.join(f'{quantity}_{unit}' for unit in units)}"
+            return quantity, f"convert it and call it {' or '.join(f'{quantity}_{unit}' for unit in units)}"
     if quantity := ALSO_CALLED.get(name.lower().partition("_")[0]):
-        return f"rename it {' or '.join(names_of(quantity))}"
-    known = [one for quantity in QUANTITIES for one in names_of(quantity)]
+        return quantity, f"rename it {' or '.join(names_of(quantity))}"
+    known = {one: quantity for quantity in QUANTITIES for one in names_of(quantity)}
     near = difflib.get_close_matches(name.lower(), known, n=1, cutoff=NEAR)
-    return f"rename it {near[0]}, or leave it out" if near else "leave it out"
+    return (known[near[0]], f"rename it {near[0]}") if near else ("", "")
 
 
 def names_of(quantity: str) -> tuple[str, ...]:
