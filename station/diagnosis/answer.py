@@ -201,5 +201,5 @@ def refusal(evidence: Evidence, catalogue: Catalogue, why: str, *, name: str) ->
         used_runs=evidence.used(),
         left_out=evidence.left_out,
         untestable=dict.fromkeys(catalogue, why),
-        notes=(why, *evidence.notes),
+        notes=(why, *(note for note in evidence.notes if note not in why)),
     )

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from shared.errors import UserError
+from station.recording.likely_friction import refuse_unlikely_friction
 from station.recording.parquet import read_parquet
 from station.recording.tables import LENGTHS, REQUIRED, known_columns, read_samples
 from station.signals.measured import Column, Measured
@@ -47,7 +48,7 @@ def read_measured(path: Path) -> Measured:
 
     Raises:
         UserError: if the file is missing, of another kind, lacks what friction is read from, or holds something that is
-            no number.
+            no number or mostly in another unit.
     """
     samples = read_samples(path, one_of=ONE_OF)
     if len(samples) > MOST_ROWS:
@@ -57,6 +58,8 @@ def read_measured(path: Path) -> Measured:
     columns = _columns(path)
     more = {name: _numbers(name, columns[name], path) for name in NUMBERS if name in columns}
     _require_load(more, path)
+    onset_rad = np.array([sample.onset_angle_rad for sample in samples], dtype=np.float64)
+    refuse_unlikely_friction(onset_rad, more.get(COEFFICIENT, np.zeros(0)), path)
     named = [columns[name] for name in GROUPS if name in columns]
     known = {*known_columns(), *NUMBERS, *GROUPS}
     return Measured(

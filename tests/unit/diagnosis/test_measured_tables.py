@@ -293,3 +293,9 @@ def test_blocks_that_leaned_on_the_foam_are_left_out() -> None:
 def test_ignored_columns_are_named() -> None:
     seen = table_evidence(replace(Measured.of(samples()), ignored=("operator", "cycle")), Setting())
     assert "columns that nothing reads were left alone: operator, cycle" in seen.notes
+
+
+def test_the_reason_why_nothing_can_be_tested_is_noted_once() -> None:
+    level = tuple(replace(sample, onset_angle_rad=0.01) for sample in samples())
+    notes = examined(Measured.of(level), catalogue()).diagnosis.notes
+    assert sum("no row of the table has an onset angle" in note for note in notes) == 1

@@ -45,6 +45,11 @@ def test_parquet_says_the_same(tmp_path: Path) -> None:
     assert table.ignored == ("cycle",)
 
 
+def test_single_rows_may_be_beyond_all_benches(tmp_path: Path) -> None:
+    rows = "onset_angle_rad,friction_coefficient\n0.3,\n0.3,\n17,\n,0.4\n,0.4\n,30\n"
+    assert len(read_measured(written(tmp_path, rows))) == 6
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -52,6 +57,14 @@ def test_parquet_says_the_same(tmp_path: Path) -> None:
         ("friction_coefficient\nhigh\n", r"row 1: expected a number for 'friction_coefficient', got 'high'"),
         ("friction_coefficient,normal_load_n\n0.3,-1\n", r"row 1: expected a finite 'normal_load_n' of at least 0"),
         ("friction_coefficient,time_s\n0.3,inf\n", "expected a finite 'time_s'"),
+        (
+            "onset_angle_rad\n17.1\n0.3\n19.2\n",
+            r"a\.csv: expected at most 1\.571 rad in 'onset_angle_rad', .* got 17\.1 rad as .*; did you mean degrees",
+        ),
+        (
+            "friction_coefficient\n30\n29\n0.3\n",
+            r"a\.csv: expected at most 5 in 'friction_coefficient', .* got 29 as .*; did you mean per cent",
+        ),
         ("friction_force_n\n0.3\n", "'normal_load_n' beside 'friction_force_n'"),
     ],
 )
