@@ -27,6 +27,7 @@ from shared.bus_keys import RIGHTS, members_in
 from shared.bus_rights import ROLES
 from shared.errors import UserError
 from shared.rig import RigConfig
+from station.app.private_key import private_key
 
 AUTHORITY = "authority"
 VALID_DAYS = 3650
@@ -66,13 +67,14 @@ def revoke(rig: RigConfig, folder: Path, role: str) -> str:
     """Gives a process new keys, and takes the rights of the old ones; the new certificate's name.
 
     Raises:
-        UserError: if the folder is not one that `new_authority` made for this rig.
+        UserError: if the folder is not one that `new_authority` made for this rig, or others may read its key.
     """
     members = members_in(folder / role / RIGHTS, rig.id) if (folder / role / RIGHTS).exists() else None
     if members is None or not (folder / AUTHORITY / "ca.key").exists():
         raise UserError(f"Expected the folder that `station keys new` made, with its authority, got {folder}")
     number = max(int(found[1]) for name in members[role] if (found := re.search(r"\.(\d+)$", name)))
     fresh = f"{role}.{number + 1}"
+    private_key(folder / AUTHORITY / "ca.key")  # refused before anything is taken away
     shutil.rmtree(folder / role)
     issue(rig, folder, role, fresh)
     _write_rights(rig, folder, {**members, role: [fresh]})
@@ -83,12 +85,10 @@ def issue(rig: RigConfig, folder: Path, role: str, common_name: str) -> None:
     """Makes the keys of a process in a new folder, signed by the folder's authority.
 
     Raises:
-        UserError: if the authority's key is of another kind.
+        UserError: if the authority's key is of another kind, or others than its owner may read it.
     """
-    ca_key = serialization.load_pem_private_key((folder / AUTHORITY / "ca.key").read_bytes(), password=None)
+    ca_key = private_key(folder / AUTHORITY / "ca.key")
     ca = x509.load_pem_x509_certificate((folder / AUTHORITY / "ca.pem").read_bytes())
-    if not isinstance(ca_key, ec.EllipticCurvePrivateKey):
-        raise UserError(f"Expected an elliptic-curve key in {folder / AUTHORITY}, got another kind")
     key = ec.generate_private_key(ec.SECP256R1())
     certificate = (
         _certificate(_name(common_name), ca.subject, key.public_key())

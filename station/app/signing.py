@@ -23,7 +23,7 @@ from cryptography.x509.oid import NameOID
 from shared.bus_keys import RIGHTS, own_keys
 from shared.config import load_table
 from shared.errors import UserError
-from shared.system.files import open_to_others
+from station.app.private_key import private_key
 from station.app.signature import Signature, file_sha256, signature_path
 
 SIGNER = "station"
@@ -41,7 +41,7 @@ def sign(recording: Path, keys: Path, *, now_ns: int) -> Path:
         UserError: if the key is missing, readable by others, or not the one of the certificate.
     """
     folder = own_keys(keys, SIGNER)
-    certificate, key = _certificate_in(folder / "cert.pem"), _private_key(folder / "key.pem")
+    certificate, key = _certificate_in(folder / "cert.pem"), private_key(folder / "key.pem")
     if _public_key(certificate) != key.public_key():
         raise UserError(f"Expected the key of cert.pem in {folder}, got the key of another certificate")
     signed: dict[str, str | int] = {
@@ -166,20 +166,6 @@ def _public_key(certificate: x509.Certificate) -> ec.EllipticCurvePublicKey | No
     except (ValueError, UnsupportedAlgorithm):
         return None
     return key if isinstance(key, ec.EllipticCurvePublicKey) else None
-
-
-def _private_key(path: Path) -> ec.EllipticCurvePrivateKey:
-    try:
-        if open_to_others(path):
-            raise UserError(f"Expected a private key that its owner alone can read, got {path}: chmod 600 it")
-        key = serialization.load_pem_private_key(path.read_bytes(), password=None)
-    except OSError as error:
-        raise UserError(f"Expected a private key at {path}, but it cannot be read: {error.strerror}") from error
-    except (ValueError, TypeError) as error:
-        raise UserError(f"Expected a private key without a password (PEM) in {path}, got something else") from error
-    if not isinstance(key, ec.EllipticCurvePrivateKey):
-        raise UserError(f"Expected an elliptic-curve key in {path}, got another kind")
-    return key
 
 
 def _common_name(certificate: x509.Certificate) -> str:

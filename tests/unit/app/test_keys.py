@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 
@@ -55,6 +56,19 @@ def test_secrets_are_their_owners_alone_and_loose_ones_are_refused(folder: Path)
     (folder / "arm" / "key.pem").chmod(0o640)
     with pytest.raises(UserError, match=r"its owner alone can read, got .*key\.pem: chmod 600 it"):
         tls_settings(["tls/a:1"], rig_id="lab", process="arm", environment={"REPOSE_KEYS": str(folder)})
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no modes")
+@pytest.mark.parametrize("mode", [0o644, 0o620])
+def test_an_authority_that_others_reach_gives_no_keys_and_takes_none(
+    folder: Path, mode: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = (folder / "twin" / "key.pem").read_bytes()
+    (folder / "authority" / "ca.key").chmod(mode)
+    assert main(["keys", "revoke", "twin", "--rig", "rig.toml"]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert re.search(r"Expected a private key that its owner alone can read, got .*ca\.key: chmod 600 it", said)
+    assert (folder / "twin" / "key.pem").read_bytes() == before
 
 
 def test_the_rights_go_with_the_keys(folder: Path) -> None:
