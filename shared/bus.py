@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from shared import topics, wire
+from shared.errors import UserError
 from shared.frozen import quicken
 from shared.messages import Message
 
@@ -98,6 +99,10 @@ class Bus(Protocol):
 
     malformed: Counter[str]
     """The number of payloads, by topic or service, that were no message of it: they were dropped and reached nobody."""
+
+    def leave_out(self, name: str, error: UserError) -> None:
+        """Counts a message as `malformed` of which its handler alone can tell that it is none; the log says why."""
+        ...
 
     def publish(self, topic: str, message: Message | Recipe) -> None:
         """Sends a message to all subscribers; the topic's traffic class decides how."""

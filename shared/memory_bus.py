@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import logging
 from collections import Counter, defaultdict
 
 from shared import topics
 from shared.bus import Handler, MissHandler, Received, Recipe, ReplyHandler, Server
 from shared.clock import Clock
+from shared.errors import UserError
 from shared.messages import Message
+
+_LOG = logging.getLogger(__name__)
 
 
 class MemoryBus:
@@ -20,11 +24,16 @@ class MemoryBus:
         self._clock, self._left_out = clock, left_out
         self._last_receive_ns = 0
         self.malformed: Counter[str] = Counter()
-        """Always empty: messages are passed as objects."""
+        """Messages that a handler left out: they are passed as objects, and there is nothing to parse."""
         self._handlers: dict[str, list[Handler]] = defaultdict(list)
         self._routes: dict[str, tuple[Handler, ...]] = {}
         self._servers: dict[str, Server] = {}
         self._alive: set[str] = set()
+
+    def leave_out(self, name: str, error: UserError) -> None:
+        """Counts the message, and logs why."""
+        self.malformed[name] += 1
+        _LOG.warning("Left out a malformed message on %s: %s", name, error)
 
     def publish(self, topic: str, message: Message | Recipe) -> None:
         """Hands the message to every subscriber before it returns; a recipe is made by whoever looks at it."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass, fields
 from typing import ClassVar
 
 from shared.frozen import quicken
-from shared.possible import counted, finite, invertible, turned
+from shared.possible import counted, finite, invertible, some, turned
 
 Floats = tuple[float, ...]
 Ints = tuple[int, ...]
@@ -34,7 +34,7 @@ class Message:
     def impossible(self) -> str:
         """Names, in words that follow "got", what no message of this class can hold; empty if there is nothing.
 
-        A payload that parses can still hold four of eight coordinates, or an attitude that is none.
+        A payload that parses can still hold four of eight coordinates, an attitude that is none, or a sample of run 0.
         """
         return ""
 
@@ -133,10 +133,11 @@ class JointState(Message):
     effort_nm: Floats = ()
 
     def impossible(self) -> str:
-        """Names positions, velocities or efforts that are not as many as the joints."""
+        """Names positions that are missing, or positions, velocities or efforts that are not as many as the joints."""
         joints = len(self.name) or len(self.position_rad)
         return (
-            counted("position_rad", self.position_rad, joints)
+            some("position_rad", self.position_rad)
+            or counted("position_rad", self.position_rad, joints)
             or counted("velocity_rad_s", self.velocity_rad_s, 0, joints)
             or counted("effort_nm", self.effort_nm, 0, joints)
         )
@@ -224,7 +225,9 @@ class Sample(Message):
         return any(flag.startswith(DISTURBED) for flag in self.flags)
 
     def impossible(self) -> str:
-        """Names a list of Euler angles or of corner values that has a wrong length."""
+        """Names a run before the first, or a list of Euler angles or of corner values that has a wrong length."""
+        if self.run < 1:
+            return f"{self.run} as run, of which the first is 1"
         lists = {
             "reference_corners_px": self.reference_corners_px,
             "corner_variance_px2": self.corner_variance_px2,
@@ -377,8 +380,12 @@ class JointTarget(Message):
     velocity_rad_s: Floats = ()
 
     def impossible(self) -> str:
-        """Names velocities that are not as many as the positions."""
-        return counted("velocity_rad_s", self.velocity_rad_s, len(self.position_rad))
+        """Names positions that are missing, velocities that are not as many, or a number that is not finite."""
+        return (
+            some("position_rad", self.position_rad)
+            or counted("velocity_rad_s", self.velocity_rad_s, len(self.position_rad))
+            or finite("position_rad and velocity_rad_s", (*self.position_rad, *self.velocity_rad_s))
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,6 +17,11 @@ def counted(name: str, values: Sequence[float], *counts: int) -> str:
     return "" if len(values) in counts else f"{len(values)} numbers as {name}, which has {expected}"
 
 
+def some(name: str, values: Sequence[float]) -> str:
+    """Returns a fault, if there is no value at all."""
+    return "" if values else f"no {name}"
+
+
 def finite(name: str, values: Sequence[float]) -> str:
     """Returns a fault, unless every value is a number and none is infinite."""
     return "" if all(map(math.isfinite, values)) else f"{tuple(values)} as {name}"

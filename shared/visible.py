@@ -1,9 +1,11 @@
-"""Texts of strangers for a terminal: what it would obey is shown instead."""
+"""Texts of strangers: how much of them is read, and what a terminal would obey is shown instead."""
 
 from __future__ import annotations
 
 LONGEST = 1600
 """Letters of a sentence: twenty lines of a terminal."""
+_GAP = " … "
+_END = (LONGEST - len(_GAP)) // 2
 _SHOWN = (
     {code: chr(0x2400 + code) for code in range(0x20) if chr(code) not in "\n\t"}
     | {0x7F: "\u2421"}
@@ -19,7 +21,11 @@ def visible(text: str) -> str:
     return text.translate(_SHOWN)
 
 
+def shortened(text: str) -> str:
+    """Returns a text without its middle where it is longer than a sentence; to shorten it again changes nothing."""
+    return text if len(text) <= LONGEST else f"{text[:_END]}{_GAP}{text[-_END:]}"
+
+
 def sentence(text: str) -> str:
     """Returns a sentence for a terminal: visible, and without its middle where a stranger's words make it long."""
-    shown = visible(text)
-    return shown if len(shown) <= LONGEST else f"{shown[: LONGEST // 2]} … {shown[-LONGEST // 2 :]}"
+    return shortened(visible(text))

@@ -16,6 +16,7 @@ from shared.errors import UserError
 from shared.fields import Slot, slots
 from shared.foxglove import ENUMS, Duration, Timestamp
 from shared.messages import Message
+from shared.visible import shortened
 
 M = TypeVar("M", bound=Message)
 _Proto = descriptor_pb2.FieldDescriptorProto
@@ -122,12 +123,19 @@ def _read(slot: Slot, owner: str) -> str:
     return f"dict({_named(slot.kind, value)})"
 
 
-def decode(cls: type[M], payload: bytes) -> M:
-    """Returns the message in a payload.
+def decode(cls: type[M], payload: bytes, *, may_be_empty: bool = False) -> M:
+    """Returns the message in a payload, its texts `shortened`: whoever shows or quotes them need not expect long ones.
+
+    The payload, which is what is recorded, stays as it was sent. Without a single byte it parses, too, and would be a
+    message of 1970 with all fields at zero. `may_be_empty` is for questions and answers, some of which have no fields
+    to fill in: an emergency stop needs none.
 
     Raises:
-        UserError: if the payload is not a protobuf of this class, or holds what none can (`Message.impossible`).
+        UserError: if the payload is empty, is not a protobuf of this class, or holds what none can
+            (`Message.impossible`).
     """
+    if not (payload or may_be_empty):
+        raise UserError(f"Expected a {schema_name(cls)}, got an empty payload; fill in its fields, the time among them")
     try:
         message = _from_proto(cls, _proto_class(cls).FromString(payload))
     except Exception as error:
@@ -150,5 +158,7 @@ def _from_proto(cls: type[M], proto: Any) -> M:
                 if slot.repeated
                 else _from_proto(slot.kind, value)
             )
+        elif slot.kind is str:
+            value = map(shortened, value) if slot.repeated else shortened(value)
         values[slot.name] = tuple(value) if slot.repeated else value
     return cls(**values)

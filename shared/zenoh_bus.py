@@ -34,6 +34,7 @@ from shared.errors import UserError
 from shared.messages import Message
 from shared.outbox import Outbox
 from shared.rig import RigConfig
+from shared.visible import sentence
 
 _LOG = logging.getLogger(__name__)
 _ALIVE = "@alive"
@@ -279,7 +280,7 @@ class ZenohBus:
                 _addressed(name, sample)
                 message = wire.decode(topics.topic(name).message, payload) if topics.known(name) else None
             except UserError as error:
-                self._leave_out(name, error)
+                self.leave_out(name, error)
                 return
             with self._arrival:
                 self._last_receive_ns = max(self._clock.now_ns(), self._last_receive_ns + 1)
@@ -292,13 +293,13 @@ class ZenohBus:
 
         return callback
 
-    def _leave_out(self, name: str, error: UserError) -> None:
-        """Counts and drops a payload that is no message, whoever sent it; a flood is logged sparsely."""
+    def leave_out(self, name: str, error: UserError) -> None:
+        """Counts a payload that is no message, whoever sent it; a flood is logged sparsely."""
         with self._arrival:
             self.malformed[name] += 1
             count = self.malformed[name]
         if count.bit_count() == 1:  # 1, 2, 4, 8, …
-            _LOG.warning("Left out %d malformed messages on %s; the last: %s", count, name, error)
+            _LOG.warning("Left out %d malformed messages on %s; the last: %s", count, name, sentence(str(error)))
 
     def _miss_receiver(self, topic: str, on_miss: MissHandler, *, direct: bool) -> Callable[[ext.Miss], None]:
         def callback(miss: ext.Miss) -> None:
@@ -320,9 +321,9 @@ class ZenohBus:
             payload = query.payload.to_bytes() if query.payload else b""
             try:
                 _addressed(service, query)
-                asked = wire.decode(line.request, payload)
+                asked = wire.decode(line.request, payload, may_be_empty=True)
             except UserError as error:
-                self._leave_out(service, error)
+                self.leave_out(service, error)
                 query.drop()  # unanswered: a process that cannot ask would not understand either
                 return
             sending = functools.partial(reply, query, wire.encode(server(asked)))
@@ -364,9 +365,9 @@ class ZenohBus:
                 return
             try:
                 _addressed(service, reply.ok)
-                deliver(wire.decode(line.reply, reply.ok.payload.to_bytes()))
+                deliver(wire.decode(line.reply, reply.ok.payload.to_bytes(), may_be_empty=True))
             except UserError as error:
-                self._leave_out(service, error)
+                self.leave_out(service, error)
 
         # The second callable runs when the query is over, answered or not.
         handler = zenoh.handlers.Callback(on_sample, lambda: deliver(None))

@@ -78,7 +78,8 @@ class Columns:
         """
         fields = fields_of(self._cls, payloads, names=self._names)
         good = np.ones(len(log_ns), dtype=bool)
-        for number in np.flatnonzero(~fields.understood | _odd(fields.values, len(log_ns))).tolist():
+        odd = ~fields.understood | (payloads.begin == payloads.end) | _odd(fields.values, len(log_ns))
+        for number in np.flatnonzero(odd).tolist():
             try:
                 message = wire.decode(self._cls, payloads.bytes(number))
             except UserError:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import logging
 import time
 from collections.abc import Callable, Generator
@@ -14,7 +15,7 @@ import pytest
 from shared import topics, wire
 from shared.bus import Received
 from shared.errors import UserError
-from shared.foxglove import CameraCalibration
+from shared.foxglove import CameraCalibration, FrameTransform, FrameTransforms, Log, Timestamp
 from shared.messages import (
     ArmReply,
     BlockPose,
@@ -23,11 +24,13 @@ from shared.messages import (
     JointTarget,
     MarkerCorners,
     Message,
+    MotionReport,
     PlatformState,
     Sample,
     TiltCommand,
     TwinScene,
 )
+from shared.visible import LONGEST, shortened
 from shared.zenoh_bus import RawSession, ZenohBus
 from tests.contracts.test_bus import endpoint
 from tests.patience import PATIENCE_S
@@ -56,10 +59,32 @@ IMPOSSIBLE: tuple[Message, ...] = (
     CameraCalibration(K=(float("nan"),) * 9),
     BlockPose(qw=0.0, found=True),
     JointState(name=("a", "b"), position_rad=(1.0,)),
+    JointState(stamp_ns=1),
     JointTarget(position_rad=(1.0,), velocity_rad_s=()),
+    JointTarget(stamp_ns=1),
+    JointTarget(position_rad=(float("nan"),), velocity_rad_s=(0.0,)),
     TiltCommand(angle_rad=float("nan")),
-    Sample(euler_rad=(0.0,)),
+    Sample(run=1, euler_rad=(0.0,)),
+    Sample(onset_angle_rad=0.3),
+    Sample(run=-1),
 )
+_LEAST: dict[type[Message], Message] = {
+    Sample: Sample(run=1),
+    JointState: JointState(position_rad=(0.0,)),
+    JointTarget: JointTarget(position_rad=(0.0,), velocity_rad_s=(0.0,)),
+    FrameTransforms: FrameTransforms((FrameTransform(),)),
+    MarkerCorners: MarkerCorners(capture_ns=1),
+}
+
+
+def least(name: str) -> Message:
+    """Returns a message of a topic with as little in it as there can be: a time alone will do for most."""
+    cls = topics.topic(name).message
+    if cls in _LEAST:
+        return _LEAST[cls]
+    fields = {spec.name for spec in dataclasses.fields(cls)}
+    made: Any = cls
+    return made(stamp_ns=1) if "stamp_ns" in fields else made(timestamp=Timestamp(1))
 
 
 @dataclass(frozen=True)
@@ -88,15 +113,18 @@ def network() -> Generator[Network]:
         stranger.close()
 
 
+@pytest.mark.parametrize("junk", [JUNK, b""], ids=["junk", "empty"])
 @pytest.mark.parametrize("name", topics.TOPICS)
-def test_junk_on_a_topic_reaches_nobody(network: Network, name: str, caplog: pytest.LogCaptureFixture) -> None:
+def test_junk_on_a_topic_reaches_nobody(
+    network: Network, name: str, junk: bytes, caplog: pytest.LogCaptureFixture
+) -> None:
     heard, recorded = list[Received](), list[Received]()
     network.bus.subscribe(name, heard.append)
     network.bus.subscribe(name, recorded.append, direct=True)
-    good = wire.encode(topics.topic(name).message())
+    good = wire.encode(least(name))
 
     def one_came() -> bool:
-        network.put(name, JUNK)
+        network.put(name, junk)
         network.put(name, good)
         return bool(heard) and network.bus.malformed[name] > 0
 
@@ -154,7 +182,7 @@ def test_what_is_sent_carries_its_name_beside_its_key(name: str) -> None:
         end = time.monotonic() + PATIENCE_S
         while not names and time.monotonic() < end:
             if name in topics.TOPICS:
-                bus.publish(name, topics.topic(name).message())
+                bus.publish(name, least(name))
             else:
                 bus.request(name, topics.SERVICES[name].request(), lambda _: None, timeout_s=5.0)
             bus.poll(0.02)
@@ -216,5 +244,56 @@ def test_what_parses_and_cannot_be_is_no_message(message: Message) -> None:
 
 @pytest.mark.parametrize("name", topics.TOPICS)
 def test_what_a_sender_leaves_at_its_defaults_is_possible(name: str) -> None:
-    assert topics.topic(name).message().impossible() == ""
+    assert least(name).impossible() == ""
     assert ArmReply().impossible() == ""
+
+
+@pytest.mark.parametrize("name", topics.TOPICS)
+def test_an_empty_payload_is_no_message(name: str) -> None:
+    with pytest.raises(UserError, match=r"Expected a \w+\.\w+, got an empty payload"):
+        wire.decode(topics.topic(name).message, b"")
+
+
+def test_an_emergency_stop_needs_no_words(network: Network) -> None:
+    stopped = list[Message]()
+
+    def serve(message: Message) -> Message:
+        stopped.append(message)
+        return ArmReply(accepted=True)
+
+    network.bus.serve("arm/stop", serve)
+    query = network.stranger._session.get  # pyright: ignore[reportPrivateUsage]: as above
+
+    def heard() -> bool:
+        query("repose/rig/arm/stop", lambda _: None, payload=b"", timeout=20.0)
+        return bool(stopped)
+
+    network.wait(heard)
+
+
+def test_long_texts_are_heard_without_their_middle_and_recorded_as_they_were_sent(network: Network) -> None:
+    fault = "it stalls" + " z" * 100_000 + ": look at the arm"
+    sent = {
+        "arm/motion": MotionReport(stamp_ns=1, run=1, fault=fault),
+        "session/sample": Sample(run=1, flags=("a", fault)),
+        "log": Log(message=fault),
+    }
+    heard = dict[str, Received]()
+    for name in sent:
+        network.bus.subscribe(name, lambda received: heard.update({received.topic: received}))
+
+    def all_came() -> bool:
+        for name, message in sent.items():
+            network.put(name, wire.encode(message))
+        return heard.keys() == sent.keys()
+
+    network.wait(all_came)
+    assert {name: received.payload for name, received in heard.items()} == {
+        name: wire.encode(message) for name, message in sent.items()
+    }
+    messages: Any = {name: received.message for name, received in heard.items()}
+    texts = [messages["arm/motion"].fault, messages["session/sample"].flags[1], messages["log"].message]
+    assert set(texts) == {shortened(fault)}
+    assert texts[0].startswith("it stalls z")
+    assert texts[0].endswith("z: look at the arm")
+    assert len(texts[0]) <= LONGEST

@@ -87,7 +87,8 @@ def test_the_name_of_a_topic_does_not_command_the_terminal(
 def test_control_characters_are_shown_and_long_sentences_lose_their_middle() -> None:
     assert visible("a\x00b\x7f\x9b\tc\nd") == "a␀b␡\ufffd\tc\nd"
     assert sentence("short") == "short"
-    assert len(sentence("x" * 10_000)) < LONGEST + 10
+    assert len(sentence("x" * 10_000)) <= LONGEST
+    assert sentence(sentence("x" * 10_000)) == sentence("x" * 10_000)
 
 
 def test_an_index_that_claims_any_length_takes_no_memory(
@@ -104,7 +105,7 @@ def test_an_index_that_claims_any_length_takes_no_memory(
         file = McapFile(stream, library="test")
         schema = file.register_schema("repose.Sample", b"")
         channel = file.register_channel("/session/sample", schema_id=schema)
-        file.add_message(channel, log_ns=1, publish_ns=1, sequence=0, payload=b"")
+        file.add_message(channel, log_ns=1, publish_ns=1, sequence=0, payload=wire.encode(Sample(run=1)))
         file.finish()
     reader = open_recording(path)
     assert len(reader.samples()) == 1

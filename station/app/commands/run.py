@@ -82,7 +82,7 @@ def _display(console: Console, rig: RigConfig, plan: Plan, path: Path, *, json_l
 def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path, tilter: Tilter) -> int:
     # Leaving, the interpreter would search all that it has loaded for cycles: a tenth of a second for nothing.
     atexit.register(gc.freeze)
-    console = Console(stderr=True)
+    console = Console(stderr=True, highlight=False)
     origin = recordings.provenance(rig, plan, mode="lockstep", started_ns=SIMULATION_EPOCH_NS)
     begin = time.perf_counter()
     with ExitStack() as stack:
@@ -119,7 +119,7 @@ def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -
     from shared.zenoh_bus import ZenohBus  # noqa: PLC0415
     from station.app.live import LiveSession, await_processes  # noqa: PLC0415
 
-    console = Console(stderr=True)
+    console = Console(stderr=True, highlight=False)
     clock = SystemClock()
     with ExitStack() as stack:
         stop = stack.enter_context(stop_by_signal())

@@ -119,6 +119,6 @@ def _simulate(parts: tuple[Part, ...], folder: Path, *, jobs: int) -> int:
             f"Expected {needed / 1e9:.1f} GB of room in {folder}, got {free / 1e9:.1f} GB; give another folder with "
             "--out, or fewer --samples"
         )
-    done = simulate_all(parts, jobs=jobs, console=Console(stderr=True))
+    done = simulate_all(parts, jobs=jobs, console=Console(stderr=True, highlight=False))
     tidy(folder)
     return done

@@ -27,8 +27,12 @@ class PlainDisplay:
         """Does nothing: the samples' number is told."""
 
     def line(self, level: str, text: str) -> None:
-        """Prints a line of the log."""
-        self._console.print(f"[dim]{level}[/] {escape(visible(text))}")
+        """Prints a line of the log.
+
+        Nothing in it is highlighted: the expressions that seek numbers and paths take a time that is the square of the
+        length of a word, and the line may quote what a stranger sent.
+        """
+        self._console.print(f"[dim]{level}[/] {escape(visible(text))}", highlight=False)
 
     def tell(self, done: int) -> None:
         """Shows that `done` samples are there."""

@@ -70,8 +70,10 @@ class Twin:
         if not isinstance(target, JointTarget):
             return
         if len(target.position_rad) != len(self._names) or len(target.velocity_rad_s) != len(self._names):
-            raise UserError(
+            wrong = UserError(
                 f"Expected set-points for the {len(self._names)} joints of {self.world.arm.name}, got"
                 f" {len(target.position_rad)}: give the arm agent and the twin the same rig file"
             )
+            self._bus.leave_out(received.topic, wrong)
+            return
         self._targets.append(target)

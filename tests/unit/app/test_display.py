@@ -402,3 +402,12 @@ def test_a_log_gets_plain_lines(tmp_path: Path) -> None:
         display.line("warning", "the mark [is] lost")
         display.tell(1)
     assert out.getvalue() == "warning the mark [is] lost\n"
+
+
+@pytest.mark.timeout(10)
+def test_a_log_gets_a_long_line_in_no_time(tmp_path: Path) -> None:
+    """Whoever is on the bus may send it; to highlight so long a word took minutes."""
+    out = io.StringIO()
+    with display_of(Console(file=out, width=80), PLAN, tmp_path / "a.mcap", json_lines=False) as display:
+        display.line("error", "z" * 200_000)
+    assert out.getvalue().count("z") == 200_000

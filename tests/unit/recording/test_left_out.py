@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -60,9 +61,23 @@ def read_every_way(reader: RecordingReader) -> dict[str, int]:
 @pytest.mark.parametrize("chunk_bytes", [1, 1 << 20])
 @pytest.mark.parametrize("cls", [Sample, RunEvent])
 def test_messages_of_one_time_are_counted_each(tmp_path: Path, cls: type[Message], chunk_bytes: int) -> None:
-    rows: list[Row] = [(cls(), GOOD_NS, GOOD_NS), *[(JUNK, GOOD_NS + place // 5, GOOD_NS) for place in range(10)]]
+    good = Sample(run=1) if cls is Sample else RunEvent(run=1)
+    rows: list[Row] = [(good, GOOD_NS, GOOD_NS), *[(JUNK, GOOD_NS + place // 5, GOOD_NS) for place in range(10)]]
     path = written(tmp_path / "a.mcap", rows, cls=cls, chunk_bytes=chunk_bytes)
     assert list(read_every_way(open_recording(path)).values()) == [10]
+
+
+def test_an_empty_payload_and_a_sample_of_no_run_are_counted_whatever_the_topic(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    with Recording(path, provenance=session.provenance()) as recording:
+        for receive_ns, topic, message in session.traffic(truth=False):
+            recording.write_message(topic, message, receive_ns=receive_ns)
+            recording.write(Received(topic, receive_ns=receive_ns, message=message, payload=b""))
+        recording.write_message("session/sample", Sample(onset_angle_rad=0.1), receive_ns=session.START_NS)
+    reader = open_recording(path)
+    counts = Counter(topic for _, topic, _ in session.traffic(truth=False))
+    assert read_every_way(reader) == counts + Counter({"session/sample": 1})
+    assert [sample.run for sample in reader.samples()] == [1, 2]
 
 
 def test_messages_of_several_parts_are_counted_each(tmp_path: Path) -> None:

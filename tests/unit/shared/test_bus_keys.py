@@ -83,7 +83,7 @@ def test_only_members_of_the_rig_take_part(tmp_path: Path, monkeypatch: pytest.M
         give_up = time.monotonic() + PATIENCE_S
         while heard["station"] < 20:
             assert time.monotonic() < give_up, "a member does not hear the agent"
-            agent.publish("session/heartbeat", Heartbeat())
+            agent.publish("session/heartbeat", Heartbeat(armed=True))
             station.poll(0.02)
             stranger.poll(0.02)
     assert heard["stranger"] == 0

@@ -8,7 +8,6 @@ import pytest
 
 from shared.bus import Received
 from shared.clock import SimulatedClock
-from shared.errors import UserError
 from shared.memory_bus import MemoryBus
 from shared.messages import JointState, JointTarget, TwinScene
 from station.simulators.mujoco.specimen import Friction
@@ -74,10 +73,13 @@ def test_the_scene_may_come_at_its_own_rate() -> None:
     assert len(listener.scenes) == 100
 
 
-def test_a_target_of_another_arm_is_named() -> None:
-    clock, bus, _, _ = rig()
-    with pytest.raises(UserError, match="1 joints of hinge"):
-        bus.publish("twin/target", JointTarget(clock.now_ns(), (0.0,) * 6, (0.0,) * 6))
+def test_a_target_of_another_arm_is_named_and_ends_nothing(caplog: pytest.LogCaptureFixture) -> None:
+    clock, bus, twin, listener = rig()
+    bus.publish("twin/target", JointTarget(clock.now_ns(), (0.0,) * 6, (0.0,) * 6))
+    twin.tick(clock.now_ns())
+    assert "1 joints of hinge" in caplog.text
+    assert bus.malformed == {"twin/target": 1}
+    assert len(listener.joints) == 1
 
 
 def test_a_stream_that_ends_stops_the_arm() -> None:
