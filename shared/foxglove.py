@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 
 from shared.messages import Floats, Message
 from shared.pictures import too_large
-from shared.possible import counted, finite
+from shared.possible import counted, measurable
 
 
 def numbered(number: int, default: Any, kind: str = "") -> Any:
@@ -114,11 +114,11 @@ class CameraCalibration(FoxgloveMessage):
     P: Floats = numbered(8, ())
 
     def impossible(self) -> str:
-        """Names a wrong count in K or D, a number that is not finite, and a distortion without a focal length.
+        """Names a wrong count in K or D, a number that nothing can be, and a distortion without a focal length.
 
         D is OpenCV's k1, k2, p1, p2 and, if given, k3, in units of K's focal lengths.
         """
-        wrong = counted("K", self.K, 0, 9) or counted("D", self.D, 0, 4, 5) or finite("K and D", (*self.K, *self.D))
+        wrong = counted("K", self.K, 0, 9) or counted("D", self.D, 0, 4, 5) or measurable("K and D", (*self.K, *self.D))
         if not wrong and any(self.D) and not (self.K and self.K[0] and self.K[4]):
             wrong = f"{self.K} as K, without a focal length for its distortion D"
         return wrong

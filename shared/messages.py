@@ -10,10 +10,11 @@ Every field has a default, because protobuf gives one to whatever a sender left 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from itertools import chain
 from typing import ClassVar
 
 from shared.frozen import quicken
-from shared.possible import counted, finite, invertible, some, turned
+from shared.possible import FARTHEST_M, counted, invertible, measurable, measurable_if_known, sized, some, turned
 
 Floats = tuple[float, ...]
 Ints = tuple[int, ...]
@@ -70,8 +71,9 @@ class MarkerCorners(Message):
     """The camera is a simulation without noise: the same corners again are no sign that it is frozen."""
 
     def impossible(self) -> str:
-        """Names a wrong count of coordinates or times, or corners of a mark that was found that are not finite."""
-        if self.found and (wrong := finite("corners_px of a mark that was found", self.corners_px)):
+        """Names a wrong count of coordinates or times, or corners of a mark that was found that cannot be measured."""
+        corners = (*self.corners_px, self.sigma_px) if self.found else ()
+        if wrong := measurable("corners_px and sigma_px of a mark that was found", corners):
             return wrong
         counts = (8,) if self.found else (0, 8)
         return counted("corners_px", self.corners_px, *counts) or counted("corner_dt_ns", self.corner_dt_ns, 0, 4)
@@ -96,8 +98,10 @@ class BlockPose(Message):
     reason: str = ""
 
     def impossible(self) -> str:
-        """Names the quaternion of a block that was found, if it is no rotation."""
-        return turned(self.qw, self.qx, self.qy, self.qz) if self.found else ""
+        """Names the pose of a block that was found, if it is none."""
+        place = (self.x, self.y, self.z, self.sigma_m, self.sigma_rad)
+        wrong = turned(self.qw, self.qx, self.qy, self.qz) or measurable("its place and its sigmas", place)
+        return wrong if self.found else ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,8 +122,12 @@ class PlatformState(Message):
     frame_id: str = ""
 
     def impossible(self) -> str:
-        """Names the quaternion, if it is no rotation."""
-        return turned(self.qw, self.qx, self.qy, self.qz)
+        """Names the quaternion, if it is no rotation, or a rate or a pivot that cannot be measured."""
+        return (
+            turned(self.qw, self.qx, self.qy, self.qz)
+            or measurable("its rate", (self.wx, self.wy, self.wz))
+            or measurable("its pivot", (self.px, self.py, self.pz), most=FARTHEST_M)
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,10 +141,15 @@ class JointState(Message):
     effort_nm: Floats = ()
 
     def impossible(self) -> str:
-        """Names positions that are missing, or positions, velocities or efforts that are not as many as the joints."""
+        """Names positions that are missing, lists that are not as long as the joints, or what cannot be measured.
+
+        Many arms know no efforts, and say nan.
+        """
         joints = len(self.name) or len(self.position_rad)
         return (
             some("position_rad", self.position_rad)
+            or measurable("position_rad", self.position_rad)
+            or measurable_if_known("velocity_rad_s and effort_nm", (*self.velocity_rad_s, *self.effort_nm))
             or counted("position_rad", self.position_rad, joints)
             or counted("velocity_rad_s", self.velocity_rad_s, 0, joints)
             or counted("effort_nm", self.effort_nm, 0, joints)
@@ -158,8 +171,8 @@ class TiltCommand(Message):
     """The session that asks; the arm obeys the one that has it."""
 
     def impossible(self) -> str:
-        """Names an angle or a rate that is not finite."""
-        return finite("azimuth_rad, angle_rad and rate_rad_s", (self.azimuth_rad, self.angle_rad, self.rate_rad_s))
+        """Names an angle or a rate that cannot be measured."""
+        return measurable("azimuth_rad, angle_rad and rate_rad_s", (self.azimuth_rad, self.angle_rad, self.rate_rad_s))
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,7 +238,7 @@ class Sample(Message):
         return any(flag.startswith(DISTURBED) for flag in self.flags)
 
     def impossible(self) -> str:
-        """Names a run before the first, or a list of Euler angles or of corner values that has a wrong length."""
+        """Names a run before the first, a list of a wrong length, or a number beyond all rigs."""
         if self.run < 1:
             return f"{self.run} as run, of which the first is 1"
         lists = {
@@ -234,7 +247,15 @@ class Sample(Message):
             "post_corners_px": self.post_corners_px,
         }
         wrong = [counted(name, values, 0, 8) for name, values in lists.items()]
-        return next(filter(None, [counted("euler_rad", self.euler_rad, 0, 3), *wrong]), "")
+        numbers = measurable_if_known("its numbers", (*self.euler_rad, *chain(*lists.values()), *self._numbers()))
+        block = [sized("block_mass_kg", self.block_mass_kg), sized("block_area_m2", self.block_area_m2)]
+        return next(filter(None, [counted("euler_rad", self.euler_rad, 0, 3), *wrong, numbers, *block]), "")
+
+    def _numbers(self) -> Floats:
+        tilt = (self.azimuth_rad, self.tilt_rate_rad_s, self.onset_angle_rad, self.onset_sigma_rad)
+        steps = (self.dwell_s, self.step_from_rad, self.step_to_rad)
+        start = (self.start_x_m, self.start_y_m, self.start_yaw_rad)
+        return (*tilt, *steps, self.plate_mount_rad, *start, self.temperature_c, self.relative_humidity)
 
 
 @dataclass(frozen=True, slots=True)
@@ -249,6 +270,11 @@ class AngleReading(Message):
     gravity_z: float = 0.0
     sigma_rad: float = 0.0
 
+    def impossible(self) -> str:
+        """Names an angle, a sigma or a direction of gravity that cannot be measured."""
+        gravity = (self.gravity_x, self.gravity_y, self.gravity_z)
+        return measurable("its angle, its sigma and gravity", (self.angle_rad, self.sigma_rad, *gravity))
+
 
 @dataclass(frozen=True, slots=True)
 class Environment(Message):
@@ -257,6 +283,10 @@ class Environment(Message):
     stamp_ns: int = 0
     temperature_c: float = 0.0
     relative_humidity: float = 0.0
+
+    def impossible(self) -> str:
+        """Names a temperature or a humidity that is beyond all rigs; nan is one that nobody measures."""
+        return measurable_if_known("the air", (self.temperature_c, self.relative_humidity))
 
 
 @dataclass(frozen=True, slots=True)
@@ -286,6 +316,11 @@ class AgentStatus(Message):
     fault: str = ""
     rate_hz: float = 0.0
     boot_id: int = 0
+
+    def impossible(self) -> str:
+        """Names a gain, a temperature, a load or a rate that is beyond all rigs; nan is one that nobody measures."""
+        numbers = (self.gain, self.temperature_c, self.cpu_percent, self.rate_hz)
+        return measurable_if_known("its gain, temperature, load and rate", numbers)
 
 
 @dataclass(frozen=True, slots=True)
@@ -380,11 +415,11 @@ class JointTarget(Message):
     velocity_rad_s: Floats = ()
 
     def impossible(self) -> str:
-        """Names positions that are missing, velocities that are not as many, or a number that is not finite."""
+        """Names positions that are missing, velocities that are not as many, or what cannot be measured."""
         return (
             some("position_rad", self.position_rad)
             or counted("velocity_rad_s", self.velocity_rad_s, len(self.position_rad))
-            or finite("position_rad and velocity_rad_s", (*self.position_rad, *self.velocity_rad_s))
+            or measurable("a set-point", (*self.position_rad, *self.velocity_rad_s))
         )
 
 
@@ -413,9 +448,11 @@ class TwinScene(Message):
     mu: float = 0.0
 
     def impossible(self) -> str:
-        """Names the quaternion of the plate or of the block, if it is no rotation."""
+        """Names the quaternion of the plate or of the block, if it is no rotation, or a number beyond all rigs."""
         block = (self.block_qw, self.block_qx, self.block_qy, self.block_qz)
-        return turned(self.qw, self.qx, self.qy, self.qz) or turned(*block)
+        place = (self.px, self.py, self.pz, self.block_x_m, self.block_y_m, self.block_z_m)
+        wrong = turned(self.qw, self.qx, self.qy, self.qz) or turned(*block)
+        return wrong or measurable("the places and the friction", (*place, self.mu))
 
 
 @dataclass(frozen=True, slots=True)
@@ -447,9 +484,9 @@ class CameraGeometry(Message):
         return self if self.plate_from_pixel else None
 
     def impossible(self) -> str:
-        """Names a homography that maps no plane to a plane, a number that is not finite, or a mark above the camera."""
+        """Names a homography that maps no plane to a plane, a number beyond all rigs, or a mark above the camera."""
         homography, height_m = self.plate_from_pixel, self.camera_height_m
-        wrong = counted("plate_from_pixel", homography, 0, 9) or finite("its numbers", self._numbers())
+        wrong = counted("plate_from_pixel", homography, 0, 9) or measurable("its numbers", self._numbers())
         if not wrong and self.mark_height_m and not 0.0 < self.mark_height_m < height_m:
             wrong = f"a camera_height_m of {height_m} over a mark_height_m of {self.mark_height_m}"
         return wrong or (invertible("plate_from_pixel", homography) if homography else "")
@@ -504,6 +541,10 @@ class SessionStatus(Message):
     slip_per_deg_px: float = 0.0
     slip_corners: int = 0
     started_ns: int = 0
+
+    def impossible(self) -> str:
+        """Names limits of a slip that cannot be measured."""
+        return measurable("slip_base_px and slip_per_deg_px", (self.slip_base_px, self.slip_per_deg_px))
 
 
 SESSION_ACTIONS = ("pause", "resume", "stop")

@@ -11,6 +11,16 @@ SHORTEST, LONGEST = 0.5, 2.0
 is below 0.001. Trackers that lost their target write zeros, and what is read from other bytes is far from both."""
 
 
+LARGEST = 1e9
+"""The largest number that a rig measures, in whatever unit it is written: the square of one far beyond is infinite."""
+
+LEAST = 1e-9
+"""The least size, mass or rate that a rig has, in whatever unit it is written: the square of one far below is zero."""
+
+FARTHEST_M = 100.0
+"""The farthest that a plate's pivot is from its place when level, m: the longest arms reach 3 m."""
+
+
 def counted(name: str, values: Sequence[float], *counts: int) -> str:
     """Returns a fault, unless there are as many values as one of `counts`."""
     expected = " or ".join(str(count) for count in counts)
@@ -22,9 +32,19 @@ def some(name: str, values: Sequence[float]) -> str:
     return "" if values else f"no {name}"
 
 
-def finite(name: str, values: Sequence[float]) -> str:
-    """Returns a fault, unless every value is a number and none is infinite."""
-    return "" if all(map(math.isfinite, values)) else f"{tuple(values)} as {name}"
+def measurable(name: str, values: Sequence[float], *, most: float = LARGEST) -> str:
+    """Returns a fault, unless every value is a number of at most `most`, without its sign."""
+    return "" if all(-most <= value <= most for value in values) else f"{tuple(values)} as {name}"
+
+
+def measurable_if_known(name: str, values: Sequence[float]) -> str:
+    """Returns a fault as `measurable`, but for values of nan, by which a sender says that it does not know them."""
+    return measurable(name, [value for value in values if not math.isnan(value)])
+
+
+def sized(name: str, value: float) -> str:
+    """Returns a fault, unless a size or a mass is 0, which says that it is not known, or one that a rig has."""
+    return "" if value == 0.0 or LEAST <= value <= LARGEST else f"{value} as {name}"
 
 
 def turned(*quaternion: float) -> str:

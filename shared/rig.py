@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ipaddress
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -15,6 +14,7 @@ from shared.likely import MarkSize, sides_meant, unlikely, unlikely_view
 from shared.likely_lengths import unlikely_lengths
 from shared.notify import NAME as NOTIFY
 from shared.notify import NotifyConfig, without_notify
+from shared.possible import LARGEST, LEAST
 
 PROCESSES = ("camera", "arm", "twin", "station")
 
@@ -149,8 +149,10 @@ class BlockConfig:
     mass_kg: float = 0.008
 
     def __post_init__(self) -> None:
-        if min(self.size_m) <= 0 or self.mass_kg <= 0:
-            raise ValueError(f"expected positive size_m and mass_kg, got {self.size_m} and {self.mass_kg}")
+        if not all(LEAST <= value <= LARGEST for value in (*self.size_m, self.mass_kg)):
+            raise ValueError(
+                f"expected size_m and mass_kg of {LEAST:g} to {LARGEST:g}, got {self.size_m} and {self.mass_kg}"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -243,5 +245,5 @@ def _require_three_sides(block: Table) -> None:
 def _positive(config: object, *names: str) -> None:
     for name in names:
         value = getattr(config, name)
-        if not (math.isfinite(value) and value > 0):
-            raise ValueError(f"expected a positive number for '{name}', got {value}")
+        if not LEAST <= value <= LARGEST:
+            raise ValueError(f"expected a number of {LEAST:g} to {LARGEST:g} for '{name}', got {value}")

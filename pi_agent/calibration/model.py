@@ -12,6 +12,7 @@ from shared import frames
 from shared.foxglove import CameraCalibration
 from shared.geometry import plate_from_pixel
 from shared.messages import CameraGeometry
+from shared.possible import invertible
 from shared.rig import RigConfig
 
 
@@ -39,7 +40,7 @@ class Calibration:
 
     def __post_init__(self) -> None:
         """Refuses what is no calibration."""
-        if len(self.plate_from_pixel) != 9 or abs(np.linalg.det(self.homography)) < 1e-15:
+        if len(self.plate_from_pixel) != 9 or invertible("plate_from_pixel", self.plate_from_pixel):
             raise ValueError("expected nine numbers of an invertible matrix for 'plate_from_pixel'")
         if min(self.focal_px) <= 0 or self.camera_m[2] <= 0:
             raise ValueError("expected a positive focal length and the camera above the plate")

@@ -15,7 +15,7 @@ from shared.messages import AngleReading, BlockPose, MarkerCorners, Message, Sam
 from shared.rig import RigConfig
 from shared.topics import ANGLE_PREFIX
 from station.app.simulated_picture import IMAGE, SimulatedPicture, TopicMessage
-from station.recording.provenance import Attachment, Provenance
+from station.recording.provenance import Attachment, Provenance, whole_number
 from station.recording.reader import Recorded, RecordingReader
 from station.recording.writer import Recording
 from station.signals.session import Signals
@@ -59,12 +59,12 @@ def _provenance(reader: RecordingReader, rig: RigConfig, said: Mapping[str, str]
     session = reader.metadata.get("session", {})
     texts = {name: reader.attachments.get(name, b"").decode("utf-8", errors="replace") for name in _FILES}
     others = tuple(Attachment(name=name, data=data) for name, data in reader.attachments.items() if name not in _FILES)
-    seed = session.get("seed", "")
+    started_ns, seed = whole_number(session.get("started_ns", "")), whole_number(session.get("seed", ""))
     return Provenance(
         rig_id=session.get("rig_id", rig.id),
-        started_ns=int(session.get("started_ns", reader.start_ns)),
+        started_ns=reader.start_ns if started_ns is None else started_ns,
         mode="lockstep",
-        seed=int(seed) if seed.isdigit() else None,
+        seed=seed,
         rig_toml=texts["rig.toml"] or rig.text,
         plan_toml=texts["plan.toml"],
         calibration=texts["calibration.toml"],
@@ -104,11 +104,11 @@ class _SimulatedMessages:
         if item.topic.startswith(IMAGE) or item.topic == "log":
             return
         message = item.message
-        if isinstance(message, MarkerCorners):
+        if isinstance(message, MarkerCorners) and item.topic in ("camera/corners", "camera/plate"):
             yield self._mark(item, message)
-        elif isinstance(message, BlockPose):
+        elif isinstance(message, BlockPose) and item.topic == "block/pose":
             yield self._tracked(message, self._block[item.publish_ns])
-        elif isinstance(message, AngleReading):
+        elif isinstance(message, AngleReading) and item.topic.startswith(ANGLE_PREFIX):
             yield self._angle(item, message)
         elif isinstance(message, Sample):
             yield self._samples.get(message.run, message)

@@ -10,6 +10,7 @@ from typing import Any
 from shared.errors import UserError
 from shared.messages import Sample
 from station.recording.parts import sha256_of
+from station.recording.provenance import whole_number
 from station.recording.reader import TRUTH, RecordingReader, digest, open_recording
 from station.recording.summary import is_kept
 
@@ -76,7 +77,7 @@ def sources_of(paths: list[Path]) -> tuple[Source, ...]:
 def _source(path: Path, *, taken: set[str]) -> Source:
     reader = open_recording(path)
     session = reader.metadata.get("session", {})
-    started = datetime.fromtimestamp((_whole(session.get("started_ns", "")) or reader.start_ns) // 10**9, UTC)
+    started = datetime.fromtimestamp((whole_number(session.get("started_ns", "")) or reader.start_ns) // 10**9, UTC)
     content = sha256_of(path)
     return Source(
         reader=reader,
@@ -85,7 +86,7 @@ def _source(path: Path, *, taken: set[str]) -> Source:
         digest=digest(reader),
         rig=session.get("rig_id", ""),
         session=f"{started:%Y%m%dT%H%M%SZ}-{content[:_DIGITS]}",
-        seed=_whole(session.get("seed", "")),
+        seed=whole_number(session.get("seed", "")),
         mode=session.get("mode", ""),
         started=started.isoformat(),
         versions=reader.metadata.get("versions", {}),
@@ -98,9 +99,3 @@ def _free_name(path: Path, taken: set[str]) -> str:
     while name in taken:
         name, number = f"{path.stem}-{number}{path.suffix}", number + 1
     return name
-
-
-def _whole(text: str) -> int | None:
-    """Returns a whole number of up to 63 bits; a recording's metadata may be anything."""
-    number = int(text) if text.isascii() and text.isdigit() and len(text) < 20 else -1
-    return number if 0 <= number < 2**63 else None

@@ -23,7 +23,7 @@ from shared.messages import (
     RunEvent,
     TiltCommand,
 )
-from shared.possible import LONGEST, SHORTEST
+from shared.possible import FARTHEST_M, LARGEST, LONGEST, SHORTEST
 from station.recording.unpacking import Integers, Payloads, fields_of
 from station.signals.tracks import (
     AngleTrack,
@@ -45,6 +45,9 @@ JOINED_AT = 8
 Small parts of a long session, freed all at once, would leave as much free memory as its signals take, which is not
 given back.
 """
+
+LETTERS = 256
+"""Letters of a text that are kept: a sentence has fewer, and a stranger's text may have millions."""
 
 _CORNERS = {"corners_px": 8, "sigma_px": 0, "corner_dt_ns": 4, "seq": 0, "boot_id": 0, "found": 0, "tipped": 0}
 _NAMES: Mapping[type[Message], Mapping[str, int]] = {
@@ -117,12 +120,14 @@ class Columns:
 def _odd(values: Named, count: int) -> NDArray[np.bool_]:
     """Returns true (n,) for what may be impossible (`Message.impossible`).
 
-    That is a number that is not finite, or an attitude that is none.
+    That is a number or a pivot beyond all rigs, or an attitude that is none.
     """
     odd = np.zeros(count, dtype=bool)
     for column in values.values():
         if isinstance(column, np.ndarray) and column.dtype.kind == "f":
-            odd |= ~np.isfinite(column.reshape(count, -1)).all(axis=1)
+            odd |= ~(np.abs(column.reshape(count, -1)) <= LARGEST).all(axis=1)
+    for name in {"px", "py", "pz"} & values.keys():
+        odd |= ~(np.abs(values[name]) <= FARTHEST_M)
     if "qw" in values:
         with np.errstate(over="ignore"):
             square = sum(values[name] ** 2 for name in ("qw", "qx", "qy", "qz"))
@@ -131,7 +136,12 @@ def _odd(values: Named, count: int) -> NDArray[np.bool_]:
 
 
 def _kept(value: Any, column: Any, width: int) -> Any:
-    """Returns a field of a message, as the column has it: lists of another length are nan, or 0 for whole numbers."""
+    """Returns a field of a message, as the column has it: a text without what is beyond `LETTERS`.
+
+    Lists of another length are nan, or 0 for whole numbers.
+    """
+    if isinstance(value, str):
+        return value[:LETTERS]
     if not width or len(value) == width:
         return value
     return math.nan if column.dtype.kind == "f" else 0
@@ -271,9 +281,9 @@ def event_track(columns: Columns) -> EventTrack:
     return EventTrack(
         time_ns=_whole(rows["publish_ns"]),
         run=_whole(rows["run"]),
-        phase=np.array(list(rows["phase"]), dtype=np.str_),
+        phase=np.array(list(rows["phase"]), dtype=object),
         step=_whole(rows["step"]),
-        reason=np.array(list(rows["reason"]), dtype=np.str_),
+        reason=np.array(list(rows["reason"]), dtype=object),
     )
 
 

@@ -26,6 +26,12 @@ def versions() -> dict[str, str]:
     return found
 
 
+def whole_number(text: str) -> int | None:
+    """Returns the number of 0 to 2^63 − 1 in a metadata value; None if it is none, as anything may stand there."""
+    number = int(text) if text.isascii() and text.isdigit() and len(text) <= len(str(2**63)) else -1
+    return number if 0 <= number < 2**63 else None
+
+
 CHECKSUM = "sha256"
 """The line of a metadata record that has the checksum of its others: MCAP has none for these records."""
 

@@ -30,6 +30,9 @@ WIDTHS = (3, 5, 9, 17, 33)
 _FOURTH_DIFFERENCE, _MAD_PER_SD = float(np.sqrt(70.0)), 0.6745
 """The sd of a fourth difference of unit white noise, and the median absolute deviation of a unit Gaussian."""
 
+MOST_PLACES = 5_000_000
+"""Evenly spaced places that fit into memory: 14 h at 100 readings a second."""
+
 Acceleration = Callable[[Array], Array]
 
 
@@ -48,7 +51,8 @@ def pivot_in_plate(known: AttitudeTrack, time_s: Array) -> Array | None:
 def pivot_acceleration(time_s: Array, pivot_m: Array) -> Acceleration | None:
     """Gives the function that interpolates the pivot's acceleration in the world: from times (m,), s, to (m, 3), m/s².
 
-    It is None if the recording has no places of the pivot, if they do not change, or if they are too noisy.
+    It is None if the recording has no places of the pivot, if they do not change, if they are too noisy, or if they
+    are so far apart in time that evenly spaced ones would not fit into memory.
 
     Args:
         time_s: (n,) times of the readings, increasing.
@@ -57,6 +61,8 @@ def pivot_acceleration(time_s: Array, pivot_m: Array) -> Acceleration | None:
     if len(time_s) < max(WIDTHS) or not np.isfinite(pivot_m).all() or not np.ptp(pivot_m, axis=0).any():
         return None
     step_s = float(np.median(np.diff(time_s)))
+    if time_s[-1] - time_s[0] > MOST_PLACES * step_s:
+        return None
     even_s = np.arange(time_s[0], time_s[-1], step_s)
     places = np.asarray(CubicSpline(time_s, pivot_m)(even_s))
     noise_m = float(np.median(np.abs(np.diff(pivot_m, 4, axis=0)), axis=0).max()) / _MAD_PER_SD / _FOURTH_DIFFERENCE

@@ -14,7 +14,8 @@ from shared.messages import CameraGeometry
 Times = NDArray[np.int64]
 Integers = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
-Texts = NDArray[np.str_]
+Texts = NDArray[np.object_]
+"""Texts of any lengths: numpy's own kind gives every text the room of the longest."""
 T = TypeVar("T", bound="Track")
 
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from shared.errors import UserError
+from shared.likely import PLATE_M
 from shared.messages import Sample
 from station.physics.contact import Array
 from station.signals.session import Signals
@@ -21,6 +22,8 @@ from station.signals.tracks import Booleans, PoseTrack, Times
 
 _FLAT_RAD, _FLAT_M = math.radians(3.0), 3e-3
 _SLIDING_M_S = 0.02
+_FARTHEST_M = PLATE_M[1]
+"""A block that is farther from the plate's centre than the largest plate is long lies on no plate."""
 _FITTED = 8
 """The number of frames from which the velocity of a block that comes sliding is taken."""
 
@@ -65,7 +68,7 @@ class Poses:
 
 
 def recorded_runs(signals: Signals) -> tuple[RecordedRun, ...]:
-    """Returns every run that has a start pose, in order.
+    """Returns every run whose block lies on a plate as it starts, in order.
 
     Raises:
         UserError: without the plate's attitude, the block's track, or a single run.
@@ -78,7 +81,8 @@ def recorded_runs(signals: Signals) -> tuple[RecordedRun, ...]:
             "Expected the block's track in the recording (camera/corners with a calibration, or block/pose), found none"
         )
     found = [_repeated(signals, poses, run) for run in signals.runs]
-    runs = sorted((run for run in found if run is not None), key=lambda run: run.begin_ns)
+    lying = (run for run in found if run is not None and np.hypot(*run.start[:2]) <= _FARTHEST_M)
+    runs = sorted(lying, key=lambda run: run.begin_ns)
     if not runs:
         raise UserError("Expected at least one run with a block that lies on the plate in the recording, found none")
     ends = [*(run.begin_ns for run in runs[1:]), np.iinfo(np.int64).max]

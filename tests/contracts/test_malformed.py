@@ -17,9 +17,12 @@ from shared.bus import Received
 from shared.errors import UserError
 from shared.foxglove import CameraCalibration, FrameTransform, FrameTransforms, Log, Timestamp
 from shared.messages import (
+    AgentStatus,
+    AngleReading,
     ArmReply,
     BlockPose,
     CameraGeometry,
+    Environment,
     JointState,
     JointTarget,
     MarkerCorners,
@@ -27,6 +30,7 @@ from shared.messages import (
     MotionReport,
     PlatformState,
     Sample,
+    SessionStatus,
     TiltCommand,
     TwinScene,
 )
@@ -45,6 +49,23 @@ IMPOSSIBLE: tuple[Message, ...] = (
     PlatformState(qw=1e-320),
     PlatformState(qw=1e200),
     PlatformState(qw=0.4),
+    PlatformState(px=float("nan"), wx=float("inf")),
+    PlatformState(pz=1e300),
+    PlatformState(py=101.0),
+    MarkerCorners(corners_px=(1e300,) * 8, found=True),
+    MarkerCorners(corners_px=(1.0,) * 8, sigma_px=float("nan"), found=True),
+    BlockPose(x=float("inf"), found=True),
+    JointState(position_rad=(1e308,)),
+    JointTarget(position_rad=(1e308,), velocity_rad_s=(0.0,)),
+    AngleReading(angle_rad=float("nan")),
+    Environment(temperature_c=float("inf")),
+    AgentStatus(rate_hz=1e300),
+    SessionStatus(slip_base_px=float("nan")),
+    TwinScene(px=1e300),
+    Sample(onset_angle_rad=1e300),
+    Sample(euler_rad=(0.0, 0.0, float("inf"))),
+    Sample(block_mass_kg=float("nan")),
+    Sample(block_area_m2=1e-300),
     TwinScene(block_qw=0.0),
     CameraGeometry(plate_from_pixel=(1.0,) * 8),
     CameraGeometry(plate_from_pixel=(1.0,) * 9),
@@ -240,6 +261,21 @@ def _answer_junk(key: str, query: Any) -> None:
 def test_what_parses_and_cannot_be_is_no_message(message: Message) -> None:
     with pytest.raises(UserError, match=f"Expected a {wire.schema_name(type(message))}, got "):
         wire.decode(type(message), wire.encode(message))
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        Sample(temperature_c=float("nan"), relative_humidity=float("nan")),
+        Environment(relative_humidity=float("nan")),
+        AgentStatus(temperature_c=float("nan")),
+        JointState(position_rad=(0.5,), effort_nm=(float("nan"),)),
+        MarkerCorners(sigma_px=float("nan"), found=False),
+    ],
+    ids=lambda message: type(message).__name__,
+)
+def test_what_nobody_measured_may_be_nan(message: Message) -> None:
+    assert message.impossible() == ""
 
 
 @pytest.mark.parametrize("name", topics.TOPICS)

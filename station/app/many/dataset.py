@@ -24,6 +24,7 @@ from station.app.many.each import Kept, Result
 from station.app.many.key import digest_of
 from station.app.many.options import Command
 from station.app.many.shown import Shown
+from station.recording.provenance import whole_number
 from station.recording.reader import RecordingReader, digest, open_recording
 from station.recording.summary import is_kept
 from station.recording.tables import arrow_table, read_samples
@@ -84,20 +85,11 @@ def sampled(path: Path, name: str, *, dataset: Kept | None, with_digest: bool) -
 def _origin(reader: RecordingReader | None, content: str) -> Origin:
     """Returns the origin that the recording's metadata tell; what is no number in them is left out."""
     session = reader.metadata.get("session", {}) if reader else {}
-    started_ns, seed = _whole(session.get("started_ns", "")), _whole(session.get("seed", ""))
+    started_ns, seed = whole_number(session.get("started_ns", "")), whole_number(session.get("seed", ""))
     if started_ns is None and reader is not None:
         started_ns = reader.start_ns
     began = "" if started_ns is None else f"{datetime.fromtimestamp(started_ns // 10**9, UTC):{_STARTED}}-"
     return Origin(rig=session.get("rig_id") or None, session=f"{began}{content[:_DIGITS]}", seed=seed)
-
-
-def _whole(text: str) -> int | None:
-    """Returns a whole number of up to 64 bits; a recording is a stranger's."""
-    try:
-        number = int(text[:20])
-    except ValueError:
-        return None
-    return number if 0 <= number < 2**63 else None
 
 
 def _write(

@@ -11,10 +11,9 @@ from station.recording.checkup.arm import ArmHealth, ArmWatch
 from station.recording.checkup.session import SessionHealth, SessionWatch
 from station.recording.checkup.streams import StreamHealth, StreamWatch
 from station.recording.for_viewers import TOPICS as FOR_VIEWERS
+from station.recording.provenance import whole_number
 from station.recording.reader import RecordingReader
 
-_DIGITS = 19
-"""The digits of nanoseconds since the epoch, until the year 2262."""
 _FASTEST_HZ = 1e6
 """No camera is as fast: the number is none, or too large for one."""
 _ARM_TOPICS = frozenset({"arm/command", "arm/motion", "arm/platform"})
@@ -57,7 +56,7 @@ def examine(reader: RecordingReader) -> Report:
     Raises:
         UserError: if the file is damaged.
     """
-    started_ns = _whole(reader.metadata.get("session", {}).get("started_ns", "")) or reader.start_ns
+    started_ns = whole_number(reader.metadata.get("session", {}).get("started_ns", "")) or reader.start_ns
     streams: dict[str, StreamWatch] = {}
     nominal = {"camera/corners": _camera_rate_hz(reader)}
     session, arm = SessionWatch(), ArmWatch()
@@ -73,7 +72,7 @@ def examine(reader: RecordingReader) -> Report:
             session.add(item)
     metadata = reader.metadata
     recorder = metadata.get("recorder", {}).items()
-    counted = {name: number for name, value in recorder if (number := _whole(value)) is not None}
+    counted = {name: number for name, value in recorder if (number := whole_number(value)) is not None}
     return Report(
         path=str(reader.path),
         mode=reader.mode,
@@ -91,11 +90,6 @@ def examine(reader: RecordingReader) -> Report:
         unknown=tuple(name for name, info in reader.topics.items() if info.message is None and name not in FOR_VIEWERS),
         malformed=dict(reader.malformed),
     )
-
-
-def _whole(text: str) -> int | None:
-    """Gives the number of a metadata value; None if it is none. Metadata has no checksum: anything may stand there."""
-    return int(text) if text.isascii() and text.isdigit() and len(text) <= _DIGITS else None
 
 
 def _camera_rate_hz(reader: RecordingReader) -> float | None:

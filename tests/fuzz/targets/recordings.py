@@ -104,6 +104,15 @@ def _for_diagnosis(path: Path) -> None:
         pass
 
 
+_SIMULATE = command("simulate", "{file}", "--out", "simulated.mcap")
+
+
+def _simulate(path: Path) -> None:
+    """The session again in simulation, without the one before in its way."""
+    path.with_name("simulated.mcap").unlink(missing_ok=True)
+    _SIMULATE(path)
+
+
 def _for_replay(path: Path) -> None:
     """Reads what `station replay` reads before it draws."""
     reader = open_recording(path)
@@ -120,6 +129,8 @@ TARGETS = (
     Target("recording: check", ".mcap", partial(_rewritten), command("check", "{file}"), share=1.5),
     Target("recording: verify", ".mcap", partial(_rewritten), command("verify", "{file}"), share=1.0),
     Target("recording: diagnose", ".mcap", _rewritten, _for_diagnosis, share=2.0),
+    Target("recording: diagnose all", ".mcap", partial(_rewritten), command("diagnose", "{file}"), share=0.5),
+    Target("recording: simulate", ".mcap", _rewritten, _simulate, share=0.5),
     Target("recording: replay", ".mcap", _rewritten, _for_replay, share=1.5),
     Target("recording: repair", ".mcap.partial", _damaged, _repair, share=0.7),
     Target("recording: repair rewritten", ".mcap.partial", _rewritten, _repair_rewritten, share=0.7),

@@ -219,6 +219,18 @@ def test_a_rig_file_that_is_none_is_one_sentence(tmp_path: Path, rig: bytes) -> 
         attached_rig(reader)
 
 
+@pytest.mark.parametrize("words", [("diagnose",), ("plan",), ("simulate", "--out", "again.mcap")])
+@pytest.mark.parametrize(
+    "table", ["[block]\nsize_m = [1e308, 1e-308, 1e308]", "[block]\nmass_kg = inf", "[camera]\npx_per_mm = 1e-300"]
+)
+def test_sizes_whose_squares_are_no_numbers_are_one_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: tuple[str, ...], table: str
+) -> None:
+    path = forged(tmp_path / "odd.mcap", rig=f'id = "odd"\n{table}\n'.encode())
+    assert main([words[0], str(path), *words[1:]]) == 2
+    assert "of 1e-09 to 1e+09" in capsys.readouterr().err
+
+
 def test_what_a_rig_conceals_is_not_in_a_simulation_of_its_session(tmp_path: Path) -> None:
     """A diagnosis of a simulation must not be told that a camera's mount sags, which nobody simulated."""
     simulated = tmp_path / "simulated.mcap"

@@ -9,7 +9,9 @@ import pytest
 
 from shared.messages import Sample
 from station.__main__ import main
+from station.app.attached import attached_rig
 from station.app.onset_differences import difference
+from station.app.simulated_recording import write_simulated
 from station.recording.arrays import load_signals
 from station.recording.reader import RecordingReader, digest, open_recording
 
@@ -49,6 +51,17 @@ def test_it_says_where_it_comes_from(tmp_path: Path) -> None:
     assert session["simulation_seed"] == "3"
     assert out.attachments["model.toml"].decode() == MODEL
     assert out.attachments["rig.toml"] == open_recording(GOLDEN).attachments["rig.toml"]
+
+
+@pytest.mark.parametrize("text", ["[/red]", "9" * 5000, "\u00b2", "-1", ""])
+def test_metadata_that_are_no_numbers_are_left_out(tmp_path: Path, text: str) -> None:
+    reader = open_recording(GOLDEN)
+    reader.metadata["session"] |= {"started_ns": text, "seed": text}
+    rig = attached_rig(reader)
+    assert rig is not None
+    write_simulated(reader, load_signals(reader), tmp_path / "a.mcap", rig=rig, said={}, model_toml="")
+    session = open_recording(tmp_path / "a.mcap").metadata["session"]
+    assert (session["started_ns"], session["seed"]) == (str(reader.start_ns), "")
 
 
 def test_without_a_seed_it_is_the_same_every_time(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from shared.messages import BlockPose, CameraGeometry, MarkerCorners, Sample
 from shared.topics import ANGLE_PREFIX
+from station.recording.columns import LETTERS
 from station.recording.reader import RecordingReader
 from station.signals.session import Signals
 from station.signals.tracks import (
@@ -69,9 +70,9 @@ def signals_by_message(reader: RecordingReader) -> Signals:
         events=EventTrack(
             time_ns=_times(rows["session/event"]),
             run=_column(rows["session/event"], "run", np.int64),
-            phase=_column(rows["session/event"], "phase", np.str_),
+            phase=_texts(rows["session/event"], "phase"),
             step=_column(rows["session/event"], "step", np.int64),
-            reason=_column(rows["session/event"], "reason", np.str_),
+            reason=_texts(rows["session/event"], "reason"),
         ),
         environment=EnvironmentTrack(
             time_ns=_times(rows["environment"]),
@@ -98,6 +99,10 @@ def _times(rows: Rows) -> Any:
 
 def _column(rows: Rows, name: str, dtype: Any) -> Any:
     return np.array([getattr(message, name) for _, message in rows], dtype=dtype)
+
+
+def _texts(rows: Rows, name: str) -> Any:
+    return np.array([getattr(message, name)[:LETTERS] for _, message in rows], dtype=object)
 
 
 def _table(rows: Rows, names: str) -> Any:

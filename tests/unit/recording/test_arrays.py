@@ -143,7 +143,7 @@ def test_the_truth_changes_no_array(path: Path, signals: Signals, tmp_path: Path
     copy_without(path, tmp_path / "b.mcap", drop=lambda topic: topic.startswith("truth/"))
     stripped = load_signals(open_recording(tmp_path / "b.mcap"))
     for found, wanted in zip(arrays(stripped), arrays(signals), strict=True):
-        assert found.tobytes() == wanted.tobytes()
+        assert repr(found.tolist()) == repr(wanted.tolist())
     assert stripped.samples == signals.samples
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import tracemalloc
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -28,6 +29,7 @@ from shared.messages import (
     TiltCommand,
 )
 from station.recording.arrays import load_signals
+from station.recording.columns import LETTERS
 from station.recording.mcap_file import McapFile
 from station.recording.reader import open_recording
 from station.signals.session import Signals
@@ -57,7 +59,10 @@ Payload = tuple[str, int, int, bytes]
 def flat(value: object) -> Iterator[tuple[str, bytes]]:
     """Everything in the signals as types and bytes."""
     if isinstance(value, np.ndarray):
-        yield f"{value.dtype} {value.shape}", value.tobytes()
+        yield (
+            f"{value.dtype} {value.shape}",
+            repr(value.tolist()).encode() if value.dtype == object else value.tobytes(),
+        )
     elif isinstance(value, Signals | Track):
         for spec in dataclasses.fields(value):
             yield spec.name, b""
@@ -216,6 +221,44 @@ def test_what_no_attitude_can_be_is_left_out_and_counted(tmp_path: Path) -> None
     reader = open_recording(path)
     load_signals(reader)
     assert reader.malformed == {"arm/platform": 5}
+
+
+@pytest.mark.parametrize("value", [math.nan, -math.inf, 1e300, 1.1e9])
+def test_numbers_beyond_all_rigs_are_left_out_and_counted(tmp_path: Path, value: float) -> None:
+    """A pivot that is no number ended a diagnosis, and corners at 1e300 px a simulation never."""
+    mark = MarkerCorners(START_NS, corners_px=tuple(range(8)), found=True)
+    every: dict[str, tuple[Message, Message]] = {
+        "arm/platform": (PlatformState(START_NS), PlatformState(START_NS, px=value)),
+        "camera/corners": (mark, replace(mark, corners_px=(value,) * 8)),
+        "camera/plate": (mark, replace(mark, sigma_px=value)),
+        "block/pose": (BlockPose(START_NS, found=True), BlockPose(START_NS, x=value, found=True)),
+        "arm/command": (TiltCommand(START_NS), TiltCommand(START_NS, rate_rad_s=value)),
+        "angle/imu": (AngleReading(START_NS), AngleReading(START_NS, gravity_x=value)),
+    }
+    payloads = [(topic, START_NS, START_NS, wire.encode(one)) for topic, both in every.items() for one in both]
+    path = write(tmp_path / "a.mcap", payloads)
+    found = assert_same(path)
+    assert len(found.attitude) == len(found.corners) == len(found.commands) == 1
+    reader = open_recording(path)
+    load_signals(reader)
+    assert reader.malformed == dict.fromkeys(every, 1)
+
+
+def test_one_long_text_does_not_give_every_text_its_room(tmp_path: Path) -> None:
+    """An array of texts of one width took a megabyte and more for each of them."""
+    texts = ["at rest", "B" * 1_000_000, *["slid"] * 2000]
+    payloads = [
+        ("session/event", START_NS + place, START_NS + place, wire.encode(RunEvent(START_NS, phase=text, reason=text)))
+        for place, text in enumerate(texts)
+    ]
+    path = write(tmp_path / "a.mcap", payloads)
+    tracemalloc.start()
+    events = load_signals(open_recording(path)).events
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert events.reason.tolist() == [text[:LETTERS] for text in texts]
+    assert (events.phase == "slid").sum() == 2000
+    assert peak < 100e6
 
 
 def _turned(qw: float) -> bytes:

@@ -36,3 +36,9 @@ def test_readings_whose_noise_hides_every_acceleration_say_nothing() -> None:
 @pytest.mark.parametrize("pivot", [np.zeros((2000, 3)), np.full((2000, 3), np.nan)], ids=["still", "unknown"])
 def test_a_pivot_that_is_still_or_unknown_is_none(pivot: Array) -> None:
     assert pivot_acceleration(TIME_S, pivot) is None
+
+
+def test_a_reading_of_years_later_leaves_the_pivot_unknown() -> None:
+    """Evenly spaced places until then asked for a terabyte."""
+    time_s = np.append(np.arange(100) * 0.01, 1.6e9)
+    assert pivot_acceleration(time_s, np.cumsum(np.ones((101, 3)), axis=0)) is None

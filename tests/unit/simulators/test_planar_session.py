@@ -200,6 +200,20 @@ def test_a_recording_without_what_it_takes_says_so() -> None:
     assert not len(poses_of(blind).time_ns)
 
 
+@pytest.mark.parametrize("far_px", [1e6, 1e9])
+def test_a_block_far_from_every_plate_is_not_repeated(far_px: float) -> None:
+    """A slide from 1e294 m on was followed for hours."""
+    recorded, _ = golden()
+    second = recorded_runs(recorded)[1]
+    gone = recorded.corners.time_ns >= second.begin_ns
+    moved = np.where(gone[:, None, None], recorded.corners.corner_px + far_px, recorded.corners.corner_px)
+    away = replace(recorded, corners=replace(recorded.corners, corner_px=moved))
+    assert [run.run for run in recorded_runs(away)] == [1]
+    everywhere = replace(recorded, corners=replace(recorded.corners, corner_px=recorded.corners.corner_px + far_px))
+    with pytest.raises(UserError, match="a block that lies on the plate"):
+        recorded_runs(everywhere)
+
+
 def test_simulators_are_found_by_name() -> None:
     assert "planar" in names()
     assert isinstance(simulator("planar"), Simulator)
