@@ -166,7 +166,9 @@ def _bounds(signals: Signals) -> Mapping[int, tuple[int, int, int, int]]:
     for run in signals.runs:
         of_run = events.select(events.run == run)
         first, last = int(of_run.time_ns.min()), int(of_run.time_ns.max())
-        moments = {phase: int(of_run.time_ns[of_run.phase == phase][0]) for phase in np.unique(of_run.phase)}
+        moments = dict[str, int]()
+        for phase, time_ns in zip(of_run.phase.tolist(), of_run.time_ns.tolist(), strict=True):
+            moments.setdefault(phase, time_ns)
         level = moments.get("REFERENCE", moments.get("DWELL", moments.get("LEVEL", first)))
         tilt = moments.get("TILT", moments.get("SLIP", level))
         bounds[run] = (level, tilt, moments.get("RETURN", last), last)
