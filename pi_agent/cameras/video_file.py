@@ -73,6 +73,7 @@ class VideoFileCamera:
             gain=self._config.gain,
             tone=TONE_CURVES[self._options.tone],
             details=str(self._path),
+            noiseless=self._options.loop,  # each picture comes again, noise and all
         )
 
     def read(self, timeout_s: float) -> Frame | None:

@@ -266,7 +266,7 @@ def test_what_parses_and_cannot_be_is_no_message(message: Message) -> None:
 @pytest.mark.parametrize(
     "message",
     [
-        Sample(temperature_c=float("nan"), relative_humidity=float("nan")),
+        Sample(run=1, temperature_c=float("nan"), relative_humidity=float("nan")),
         Environment(relative_humidity=float("nan")),
         AgentStatus(temperature_c=float("nan")),
         JointState(position_rad=(0.5,), effort_nm=(float("nan"),)),
