@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import logging
 import time
 from collections.abc import Callable, Generator
@@ -15,7 +14,7 @@ import pytest
 from shared import topics, wire
 from shared.bus import Received
 from shared.errors import UserError
-from shared.foxglove import CameraCalibration, FrameTransform, FrameTransforms, Log, Timestamp
+from shared.foxglove import CameraCalibration, Log
 from shared.messages import (
     AgentStatus,
     AngleReading,
@@ -36,6 +35,7 @@ from shared.messages import (
 )
 from shared.visible import LONGEST, shortened
 from shared.zenoh_bus import RawSession, ZenohBus
+from tests.contracts.least import least
 from tests.contracts.test_bus import endpoint
 from tests.patience import PATIENCE_S
 
@@ -89,23 +89,6 @@ IMPOSSIBLE: tuple[Message, ...] = (
     Sample(onset_angle_rad=0.3),
     Sample(run=-1),
 )
-_LEAST: dict[type[Message], Message] = {
-    Sample: Sample(run=1),
-    JointState: JointState(position_rad=(0.0,)),
-    JointTarget: JointTarget(position_rad=(0.0,), velocity_rad_s=(0.0,)),
-    FrameTransforms: FrameTransforms((FrameTransform(),)),
-    MarkerCorners: MarkerCorners(capture_ns=1),
-}
-
-
-def least(name: str) -> Message:
-    """Returns a message of a topic with as little in it as there can be: a time alone will do for most."""
-    cls = topics.topic(name).message
-    if cls in _LEAST:
-        return _LEAST[cls]
-    fields = {spec.name for spec in dataclasses.fields(cls)}
-    made: Any = cls
-    return made(stamp_ns=1) if "stamp_ns" in fields else made(timestamp=Timestamp(1))
 
 
 @dataclass(frozen=True)

@@ -20,9 +20,10 @@ from shared.bus_rights import ROLES, sent_by
 from shared.config import Table
 from shared.messages import Message
 from shared.rig import RigConfig, rig_of_table
-from shared.topics import ANGLE_PREFIX, SERVICES, TOPICS, topic
+from shared.topics import ANGLE_PREFIX, SERVICES, TOPICS
 from shared.zenoh_bus import ZenohBus
 from station.app import authority
+from tests.contracts.least import least
 from tests.patience import PATIENCE_S
 from tests.system.ports import free_port
 
@@ -112,7 +113,7 @@ def test_each_is_heard_on_what_is_its_own_and_on_nothing_else(
             if waited > SETTLE_S and sent <= agents.heard and askable <= agents.asked:
                 break
             for name in (*TOPICS, f"{ANGLE_PREFIX}imu"):
-                other.publish(name, topic(name).message())
+                other.publish(name, least(name))
             for name, service in SERVICES.items():
                 other.request(name, service.request(), lambda _: None, timeout_s=0.3)
             agents.poll()
@@ -189,7 +190,7 @@ def test_members_are_refused_nothing_in_the_log(
     while time.monotonic() < end and any(bus.alive() != frozenset(SERVING) for bus in agents.buses):
         time.sleep(0.05)
     for name in ("camera", "arm"):
-        agents.buses[SERVING.index(name)].publish("log", topic("log").message())
+        agents.buses[SERVING.index(name)].publish("log", least("log"))
     agents.poll()
     assert told_by(caplog) == ""
 
@@ -202,7 +203,7 @@ def test_what_goes_beyond_ones_rights_is_said_by_ones_own_end(
     monkeypatch.setenv("REPOSE_KEYS", str(keys / "good" / who))
     with ZenohBus("rights", connect=("tls/127.0.0.1:9",)) as bus:
         for name in TOPICS:
-            bus.publish(name, topic(name).message())
+            bus.publish(name, least(name))
         for name, service in SERVICES.items():
             bus.request(name, service.request(), lambda _: None, timeout_s=0.1)
     for name in TOPICS:
