@@ -35,7 +35,7 @@ class Message:
     def impossible(self) -> str:
         """Names, in words that follow "got", what no message of this class can hold; empty if there is nothing.
 
-        A payload that parses can still hold four of eight coordinates, an attitude that is none, or a sample of run 0.
+        A payload that parses can still hold four of eight coordinates, or an attitude that is none.
         """
         return ""
 
@@ -238,9 +238,9 @@ class Sample(Message):
         return any(flag.startswith(DISTURBED) for flag in self.flags)
 
     def impossible(self) -> str:
-        """Names a run before the first, a list of a wrong length, or a number beyond all rigs."""
-        if self.run < 1:
-            return f"{self.run} as run, of which the first is 1"
+        """Names a negative run, a list of a wrong length, or a number beyond all rigs."""
+        if self.run < 0:
+            return f"{self.run} as run, of which none is negative"
         lists = {
             "reference_corners_px": self.reference_corners_px,
             "corner_variance_px2": self.corner_variance_px2,

@@ -8,7 +8,7 @@ velocity that it then has; what it did before that is no matter of friction.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,8 +22,6 @@ from station.signals.tracks import Booleans, PoseTrack, Times
 
 _FLAT_RAD, _FLAT_M = math.radians(3.0), 3e-3
 _SLIDING_M_S = 0.02
-_FARTHEST_M = PLATE_M[1]
-"""A block that is farther from the plate's centre than the largest plate is long lies on no plate."""
 _FITTED = 8
 """The number of frames from which the velocity of a block that comes sliding is taken."""
 
@@ -52,6 +50,11 @@ class RecordedRun:
     tilt_ns: int
     sample: Sample | None
 
+    @property
+    def lies_on_a_plate(self) -> bool:
+        """False if the block is farther from the plate's centre than the largest plate is long as the run begins."""
+        return bool(np.hypot(*self.start[:2]) <= PLATE_M[1])
+
 
 @dataclass(frozen=True, eq=False)
 class Poses:
@@ -68,7 +71,7 @@ class Poses:
 
 
 def recorded_runs(signals: Signals) -> tuple[RecordedRun, ...]:
-    """Returns every run whose block lies on a plate as it starts, in order.
+    """Returns every run that has a start pose, in order.
 
     Raises:
         UserError: without the plate's attitude, the block's track, or a single run.
@@ -81,12 +84,26 @@ def recorded_runs(signals: Signals) -> tuple[RecordedRun, ...]:
             "Expected the block's track in the recording (camera/corners with a calibration, or block/pose), found none"
         )
     found = [_repeated(signals, poses, run) for run in signals.runs]
-    lying = (run for run in found if run is not None and np.hypot(*run.start[:2]) <= _FARTHEST_M)
-    runs = sorted(lying, key=lambda run: run.begin_ns)
-    if not runs:
-        raise UserError("Expected at least one run with a block that lies on the plate in the recording, found none")
+    runs = sorted((run for run in found if run is not None), key=lambda run: run.begin_ns)
+    _refuse_none(runs)
     ends = [*(run.begin_ns for run in runs[1:]), np.iinfo(np.int64).max]
     return tuple(_until(run, end) for run, end in zip(runs, ends, strict=True))
+
+
+def runs_on_a_plate(signals: Signals) -> tuple[RecordedRun, ...]:
+    """Returns the recorded runs whose blocks a simulator can follow.
+
+    Raises:
+        UserError: as `recorded_runs`, and if no block lies on any plate.
+    """
+    runs = tuple(run for run in recorded_runs(signals) if run.lies_on_a_plate)
+    _refuse_none(runs)
+    return runs
+
+
+def _refuse_none(runs: Sequence[RecordedRun]) -> None:
+    if not runs:
+        raise UserError("Expected at least one run with a block that lies on the plate in the recording, found none")
 
 
 def poses_of(signals: Signals) -> Poses:

@@ -86,7 +86,6 @@ IMPOSSIBLE: tuple[Message, ...] = (
     JointTarget(position_rad=(float("nan"),), velocity_rad_s=(0.0,)),
     TiltCommand(angle_rad=float("nan")),
     Sample(run=1, euler_rad=(0.0,)),
-    Sample(onset_angle_rad=0.3),
     Sample(run=-1),
 )
 

@@ -17,7 +17,7 @@ from station.signals.tracks import AttitudeTrack
 from station.simulators.planar.commands import Commands, tracks
 from station.simulators.planar.plate import Plate, gravity_at
 from station.simulators.planar.simulate import Chances, Motions, simulate
-from station.simulators.recorded_runs import RecordedRun, numbers, recorded_runs
+from station.simulators.recorded_runs import RecordedRun, numbers, runs_on_a_plate
 from station.simulators.simulated_signals import Outcome, simulated_signals
 
 KNOT_S = 0.01
@@ -51,7 +51,7 @@ def repeated(
     simulated: Simulate = simulate,
 ) -> Signals:
     """Returns the session again, as `Simulator.repeat` says, with the engine `simulated`."""
-    runs = recorded_runs(recorded)
+    runs = runs_on_a_plate(recorded)
     commands = commands_of(recorded, runs, rig=rig)
     chances = Chances.none(len(runs))
     if rng is not None:

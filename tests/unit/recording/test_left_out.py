@@ -73,7 +73,7 @@ def test_an_empty_payload_and_a_sample_of_no_run_are_counted_whatever_the_topic(
         for receive_ns, topic, message in session.traffic(truth=False):
             recording.write_message(topic, message, receive_ns=receive_ns)
             recording.write(Received(topic, receive_ns=receive_ns, message=message, payload=b""))
-        recording.write_message("session/sample", Sample(onset_angle_rad=0.1), receive_ns=session.START_NS)
+        recording.write_message("session/sample", Sample(run=-1, onset_angle_rad=0.1), receive_ns=session.START_NS)
     reader = open_recording(path)
     counts = Counter(topic for _, topic, _ in session.traffic(truth=False))
     assert read_every_way(reader) == counts + Counter({"session/sample": 1})

@@ -20,7 +20,7 @@ from station.recording.arrays import load_signals
 from station.recording.reader import open_recording
 from station.signals.session import Signals
 from station.signals.tracks import AttitudeTrack, PoseTrack
-from station.simulators.recorded_runs import poses_of, recorded_runs
+from station.simulators.recorded_runs import poses_of, recorded_runs, runs_on_a_plate
 from station.simulators.simulator import RecordedSimulation, Simulator, names, simulator
 
 GOLDEN = Path(__file__).parents[2] / "golden" / "session.mcap"
@@ -208,10 +208,10 @@ def test_a_block_far_from_every_plate_is_not_repeated(far_px: float) -> None:
     gone = recorded.corners.time_ns >= second.begin_ns
     moved = np.where(gone[:, None, None], recorded.corners.corner_px + far_px, recorded.corners.corner_px)
     away = replace(recorded, corners=replace(recorded.corners, corner_px=moved))
-    assert [run.run for run in recorded_runs(away)] == [1]
+    assert [run.run for run in runs_on_a_plate(away)] == [1]
     everywhere = replace(recorded, corners=replace(recorded.corners, corner_px=recorded.corners.corner_px + far_px))
     with pytest.raises(UserError, match="a block that lies on the plate"):
-        recorded_runs(everywhere)
+        runs_on_a_plate(everywhere)
 
 
 def test_simulators_are_found_by_name() -> None:

@@ -18,7 +18,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from shared import foxglove, topics
 from shared.fields import slots
-from shared.messages import JointState, MarkerCorners, Message, RunEvent, Sample
+from shared.messages import AngleReading, JointState, MarkerCorners, Message, RunEvent, Sample
 from station.__main__ import main as station
 from station.recording.converters import Converted, converters
 from station.recording.converters._ros2_types import Ros2Types, ros_topic
@@ -32,7 +32,7 @@ RIG = 'id = "test"\n[arm]\nbase_xyz_m = [0.1, 0.0, 0.2]\n'
 OFFSET_NS = 1_234_567
 EXTRA: list[tuple[str, Message]] = [
     ("log", foxglove.Log(foxglove.Timestamp.from_ns(session.START_NS + 7), 3, "too dark", "camera")),
-    ("angle/mocap-1", topics.topic("angle/x").message()),
+    ("angle/mocap-1", AngleReading(stamp_ns=session.START_NS + 8, angle_rad=0.3)),
 ]
 
 
