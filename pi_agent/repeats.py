@@ -6,8 +6,12 @@ only its stamps tell then, and a drawn picture's stamp is that of the scene that
 
 from __future__ import annotations
 
+from collections import deque
+
 from pi_agent.cameras import CameraInfo, Frame
-from shared.recent import Recent
+
+BUFFERS = 64
+"""The pictures among which one is sought again: twice as many as V4L2 lets a driver have (VIDEO_MAX_FRAME is 32)."""
 
 EVERY_ROW = 8
 """Every eighth row is compared: 45 000 pixels of noise never agree, and their hash takes some twenty microseconds
@@ -19,12 +23,17 @@ class Repeats:
 
     def __init__(self, info: CameraInfo) -> None:
         self._noiseless = info.noiseless
-        self._pictures = Recent()
+        self._pictures: deque[int] = deque(maxlen=BUFFERS)
         self._capture_ns: int | None = None
 
     def see(self, frame: Frame) -> bool:
         """Takes a frame; true if it was there before."""
         before_ns, self._capture_ns = self._capture_ns, frame.capture_ns
         stamped_again = before_ns is not None and frame.capture_ns <= before_ns
-        seen_again = not self._noiseless and self._pictures.has(frame.image[::EVERY_ROW].tobytes())
-        return stamped_again or seen_again
+        return stamped_again or (not self._noiseless and self._seen_again(frame))
+
+    def _seen_again(self, frame: Frame) -> bool:
+        picture = hash(frame.image[::EVERY_ROW].tobytes())
+        again = picture in self._pictures
+        self._pictures.append(picture)
+        return again

@@ -28,7 +28,7 @@ from station.diagnosis.search.toppled import shows_toppling, toppled
 from station.diagnosis.search.unnamed import change, depends_on, smooth_in_words
 from station.physics.catalogue import Catalogue
 from station.physics.model import Model, Term, table_of_model
-from station.physics.smooth import PREFIX, is_smooth
+from station.physics.smooth import is_smooth
 
 
 def why_not(evidence: Evidence) -> str | None:
@@ -80,7 +80,8 @@ def answered(
     prior = thresholds.SINGLE / max(len(catalogue), 1)
     tips = toppled(evidence, tuple(catalogue.values()), prior=prior / (prior + thresholds.NONE), rng=rng)
     untestable = {name: why for name, why in found.untestable.items() if not shows_toppling(evidence, catalogue[name])}
-    beside = [one for one in (tips, kinds_of_runs(evidence, found.model, rng)) if one is not None]
+    kinds = kinds_of_runs(evidence, found.model, rng)
+    beside = [one for one in (tips, kinds) if one is not None]
     more = (effect for one in beside for effect in one.effects)
     effects = tuple(sorted((*effects, *more), key=lambda effect: -effect.probability))
     stages = found.stages
@@ -99,7 +100,7 @@ def answered(
         verdict="supported" if beside else overall(effects, claimed=claimed),
         located=(*(place for one in beside for place in one.places), *located(evidence, found.stages)),
         effects=effects,
-        other_probability=max([posteriors.other, *(one.probability for one in _without_name(beside))]),
+        other_probability=max(posteriors.other, 0.0 if kinds is None else 1.0 - kinds.none_probability),
         none_probability=posteriors.none * math.prod(one.none_probability for one in beside),
         fit=quality,
         candidates_tried=sum(stage.tried for stage in stages),
@@ -122,10 +123,6 @@ def answered(
         notes=(*evidence.notes, *(note for one in beside for note in one.notes)),
         model=table_of_model(_with_mass(as_simulated(evidence, assessment.model), catalogue, tips)),
     )
-
-
-def _without_name(beside: Sequence[Beside]) -> list[EffectFound]:
-    return [effect for one in beside for effect in one.effects if effect.id == called(PREFIX)]
 
 
 def _with_mass(model: Model, catalogue: Catalogue, tips: Beside | None) -> Model:

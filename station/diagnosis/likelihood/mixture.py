@@ -7,7 +7,7 @@ likelihood has no singularity.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -41,7 +41,8 @@ class Mixture:
 
     def of_other(self, values: Array) -> Array:
         """Returns the probabilities (n,) that values (n,) are of the other kind."""
-        return np.exp(self.joint(values)[1] - self.log_density(values))
+        first, second = self.joint(values)
+        return np.exp(second - np.logaddexp(first, second))
 
     def log_density(self, values: Array) -> Array:
         """Returns the log density (n,) of values (n,)."""
@@ -56,12 +57,12 @@ class Mixture:
         """Returns the log densities (n,) of values (n,) of the one kind and of the other, each by its share."""
         scaled, constant = (values - self.level) / self.spread, math.log(self.spread) + 0.5 * math.log(2.0 * math.pi)
         away = self.apart / self.spread
-        first = math.log(max(1.0 - self.share, 1e-300)) - 0.5 * scaled**2 - constant
-        return first, math.log(max(self.share, 1e-300)) - 0.5 * (scaled - away) ** 2 - constant
+        first = math.log(1.0 - self.share) - 0.5 * scaled**2 - constant
+        return first, math.log(self.share) - 0.5 * (scaled - away) ** 2 - constant
 
 
 def two_normal(values: Array, *, least: float) -> Mixture:
-    """Returns the likeliest mixture of values (n,), of which each kind has the share `least` or more."""
+    """Returns the likeliest mixture of values (n,), of which each kind has the share `least`, above 0, or more."""
     cuts = np.quantile(values, SPLITS)
     return max((_climbed(values, values > cut, least) for cut in cuts), key=lambda found: found.log_likelihood)
 
@@ -76,7 +77,7 @@ def _climbed(values: Array, other: Bools, least: float) -> Mixture:
         if total - before < SETTLED:
             break
         before, found = total, _maximised(values, np.exp(second - density), least)
-    return Mixture(level=found.level, apart=found.apart, share=found.share, spread=found.spread, log_likelihood=before)
+    return replace(found, log_likelihood=before)
 
 
 def _maximised(values: Array, other: Array, least: float) -> Mixture:

@@ -13,13 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize
 
+from station.diagnosis.likelihood.robust import GAUSSIAN_MAD
 from station.physics.contact import Array
 
 FARTHEST = np.array([3.0, 3.0, 3.0, 2.0])
 """The bounds of level and log scale (in robust sd), of the lean, and of the log of the tails' number."""
 
 BEGINNINGS = (-0.7, 0.0, 0.5)
-"""The logs of the tails' number at which fits begin: normal, and short tails, from which the flat ones are found."""
+"""The logs of the tails' number at which fits begin: long tails, normal ones, and short ones, as flat scatters have."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,7 +41,7 @@ class OnePeak:
 def one_peak(values: Array) -> OnePeak:
     """Returns the likeliest distribution with one peak for values (n,)."""
     middle = float(np.median(values))
-    scale = max(1.4826 * float(np.median(np.abs(values - middle))), 1e-9)
+    scale = max(GAUSSIAN_MAD * float(np.median(np.abs(values - middle))), 1e-9)
     scaled = (values - middle) / scale
     fits = [_climbed(scaled, tails) for tails in BEGINNINGS]
     least, numbers = min(fits, key=lambda found: found[0])

@@ -103,41 +103,48 @@ def _is_by_chance(more: float, one: OnePeak, runs: int, rng: np.random.Generator
 
 
 def _found(evidence: Evidence, values: Array, runs: Index, told: ToldApart) -> Beside:
-    other = told.other
-    change = float(values[runs[other]].mean() - values[runs[~other]].mean())
-    among = float(np.var(np.where(other, values[runs] - change, values[runs])))
-    sd = math.sqrt(among / other.sum() + among / (~other).sum())
+    """Returns the finding from the friction `values` (r,) of the recording's runs and the numbers `runs` (n,) known."""
+    friction, other = values[runs], told.other
+    change = float(friction[other].mean() - friction[~other].mean())
     much = f"{abs(100.0 * math.expm1(change)):.2g} % {'more' if change > 0 else 'less'} friction than the others"
-    effect = EffectFound(
+    number = evidence.run_number[runs[other]].astype(int).tolist()
+    words = f"runs {', '.join(map(str, number[:NAMED]))}{', …' if len(number) > NAMED else ''} have {much}"
+    step = math.sqrt(other.mean() * (1.0 - other.mean())) * abs(change) / float(np.std(friction))
+    places = tuple(
+        _place(evidence, channel, runs[other], words, size=min(step, 1.0))
+        for channel in evidence.channels
+        if channel.shares_friction
+    )
+    note = f"nothing recorded says why {words}: their pictures, or what lay under the block, may"
+    effect = _effect(friction, told, change, much)
+    return Beside(effects=(effect,), places=places, p=float(thresholds.NEXT), notes=(note,))
+
+
+def _effect(friction: Array, told: ToldApart, change: float, much: str) -> EffectFound:
+    """Returns the effect from the runs' friction (n,), by which the rarer kind differs by `change`, `much` in words."""
+    other, some = told.other, f"{told.other.sum()} of {len(friction)}"
+    among = float(np.var(np.where(other, friction - change, friction)))
+    sd = math.sqrt(among / other.sum() + among / (~other).sum())
+    by = Combination(
+        expression=f"friction in {some} runs against the others, less 1",
+        value=math.expm1(change),
+        sd=math.exp(change) * sd,
+        unit="1",
+    )
+    return EffectFound(
         id="other",
-        title=f"two kinds of runs ({other.sum()} of {len(runs)} have {much}, and nothing recorded says which)",
+        title=f"two kinds of runs ({some} have {much}, and nothing recorded says which)",
         class_ids=("other",),
         probability=told.probability,
         verdict="supported",
         parameters={},
-        determined=(
-            Combination(
-                expression=f"friction in {other.sum()} of {len(runs)} runs against the others, less 1",
-                value=math.expm1(change),
-                sd=math.exp(change) * sd,
-                unit="1",
-            ),
-        ),
+        determined=(by,),
         other_by="kind of run",
     )
-    number = evidence.run_number[runs[other]].astype(int).tolist()
-    named = f"runs {', '.join(map(str, number[:NAMED]))}{', …' if len(number) > NAMED else ''}"
-    step = math.sqrt(other.mean() * (1.0 - other.mean())) * abs(change) / float(np.std(values[runs]))
-    places = tuple(
-        _place(evidence, channel, runs[other], f"{named} have {much}", size=min(step, 1.0), p=float(thresholds.NEXT))
-        for channel in evidence.channels
-        if channel.shares_friction
-    )
-    note = f"nothing recorded says why {named} have {much}: their pictures, or what lay under the block, may"
-    return Beside(effects=(effect,), places=places, p=float(thresholds.NEXT), notes=(note,))
 
 
-def _place(evidence: Evidence, channel: Channel, runs: Index, words: str, *, size: float, p: float) -> Located:
+def _place(evidence: Evidence, channel: Channel, runs: Index, words: str, *, size: float) -> Located:
+    """Returns the place of the rarer kind's `runs` (n,) in a channel."""
     rows = channel.rows
     mine = np.flatnonzero(np.isin(rows.run, runs))
     number = evidence.run_number[rows.run[mine]].astype(int).tolist()
@@ -148,7 +155,7 @@ def _place(evidence: Evidence, channel: Channel, runs: Index, words: str, *, siz
         covariate=KIND,
         channel=channel.name,
         effect_size=size,
-        p=p,
+        p=float(thresholds.NEXT),
         tested="kinds of runs",
         runs=tuple(dict.fromkeys(number))[:MOST_RUNS],
         windows=windows[:MOST_WINDOWS],

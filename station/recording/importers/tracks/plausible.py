@@ -77,12 +77,14 @@ def refuse_unlikely(found: Mapping[str, Column], numbers: Mapping[str, Array], p
 
 def _refuse_times(column: Column, numbers: Mapping[str, Array], path: Path) -> None:
     """Refuses times (n,) whose rows are too far apart, or whose runs last too long or not long enough, as most do."""
-    times = [np.sort(numbers["t"][numbers["run"] == run]) for run in np.unique(numbers["run"])]
-    times = [own[np.isfinite(own)] for own in times]
-    steps = [np.diff(own) for own in times if len(own) > 1]
-    if not steps:
+    known = np.flatnonzero(np.isfinite(numbers["t"]))
+    order = known[np.lexsort((numbers["t"][known], numbers["run"][known]))]
+    time_s, run = numbers["t"][order], numbers["run"][order]
+    steps_s, of_run = np.diff(time_s)[run[1:] == run[:-1]], run[1:][run[1:] == run[:-1]]
+    if not len(steps_s):
         return
-    step_s, lasts_s = float(np.median(np.concatenate(steps))), float(np.median([own.sum() for own in steps]))
+    begins = np.unique(of_run, return_index=True)[1]
+    step_s, lasts_s = float(np.median(steps_s)), float(np.median(np.add.reduceat(steps_s, begins)))
     expected = _unlikely_time(step_s, lasts_s)
     if expected:
         factors = {unit: factor / column.factor for unit, factor in QUANTITIES["t"].items()}
