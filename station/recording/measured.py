@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import csv
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
 from shared.errors import UserError
+from station.recording.cells import cells_of, numbers_of
 from station.recording.likely_friction import refuse_unlikely_friction
-from station.recording.parquet import read_parquet
 from station.recording.tables import LENGTHS, REQUIRED, known_columns, read_samples
 from station.signals.measured import Column, Measured
 
@@ -55,8 +53,10 @@ def read_measured(path: Path) -> Measured:
         raise UserError(
             f"Expected at most {MOST_ROWS} measurements in {path}, it holds {len(samples)}; split the table"
         )
-    columns = _columns(path)
-    more = {name: _numbers(name, columns[name], path) for name in NUMBERS if name in columns}
+    columns = cells_of(path, what="measurements")
+    more = {
+        name: numbers_of(columns[name], name, path, least=least) for name, least in NUMBERS.items() if name in columns
+    }
     _require_load(more, path)
     onset_rad = np.array([sample.onset_angle_rad for sample in samples], dtype=np.float64)
     refuse_unlikely_friction(onset_rad, more.get(COEFFICIENT, np.zeros(0)), path)
@@ -70,48 +70,10 @@ def read_measured(path: Path) -> Measured:
     )
 
 
-def _columns(path: Path) -> dict[str, Sequence[Any]]:
-    """Returns the cells of all columns, by name."""
-    if path.suffix == ".parquet":
-        return _of_parquet(path)
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        reader = csv.reader(file)
-        header = next(reader, [])
-        rows = [row + [""] * (len(header) - len(row)) for row in reader if row]
-    return {name: [row[index] for row in rows] for index, name in enumerate(header)}
-
-
-def _of_parquet(path: Path) -> dict[str, Sequence[Any]]:
-    import pyarrow as pa  # noqa: PLC0415  # slow to load, and most tables are CSV
-
-    table = read_parquet(path)
-    try:
-        return {name: table.column(name).to_pylist() for name in table.column_names}
-    except (pa.ArrowException, ValueError, KeyError) as error:
-        raise UserError(f"Expected numbers and texts in the columns of {path}: {error}; remove the others") from error
-
-
 def _numbered(name: str) -> bool:
     """Returns true for a column of a vector, such as euler_rad_0."""
     vector, _, number = name.rpartition("_")
     return vector in LENGTHS and number.isdigit()
-
-
-def _numbers(name: str, cells: Sequence[Any], path: Path) -> Column:
-    """Returns a column's numbers (n,); nan for an empty cell."""
-    return np.array([_number(name, cell, f"{path}, row {row}") for row, cell in enumerate(cells, start=1)])
-
-
-def _number(name: str, cell: Any, where: str) -> float:
-    if cell is None or cell == "":
-        return math.nan
-    try:
-        value = float(cell)
-    except (TypeError, ValueError) as error:
-        raise UserError(f"{where}: expected a number for '{name}', got {cell!r}") from error
-    if math.isinf(value) or value < NUMBERS[name]:
-        raise UserError(f"{where}: expected a finite '{name}' of at least {NUMBERS[name]:g}, got {value:g}")
-    return value
 
 
 def _require_load(more: Mapping[str, Column], path: Path) -> None:

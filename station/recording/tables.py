@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, cast, get_type_hints
 
 from shared.errors import UserError
 from shared.messages import Floats, Sample, Strings
-from station.recording.parquet import read_parquet
+from station.recording.cells import Cells, cells_of, short
 from station.recording.reader import open_recording
 
 if TYPE_CHECKING:
@@ -28,8 +28,6 @@ LENGTHS = {"euler_rad": 3, "reference_corners_px": 8, "corner_variance_px2": 8, 
 """The least number of columns of a CSV file that a vector gets."""
 REQUIRED = "onset_angle_rad"
 _FLAG_SEPARATOR = "|"
-_SHOWN = 40
-"""Letters of a wrong value that a message shows."""
 _HINTS: dict[str, Any] = {
     name: hint for name, hint in get_type_hints(Sample).items() if name in {spec.name for spec in fields(Sample)}
 }
@@ -71,9 +69,11 @@ def read_samples(path: Path, *, one_of: Collection[str] = (REQUIRED,)) -> tuple[
     if read is None:
         raise UserError(f"Expected samples in a .csv, .parquet or .mcap file, got '{path.name}'")
     try:
-        return read(path, one_of)
+        cells = cells_of(path, what="samples")
     except OSError as error:
         raise UserError(f"Expected a table of samples at {path}, but it cannot be read: {error}") from error
+    _require(list(cells), path, one_of)
+    return read(cells, path)
 
 
 # --- Parquet ---------------------------------------------------------------------------------------------------------
@@ -111,17 +111,12 @@ def _plain(value: Any) -> Any:
     return list(cast(tuple[Any, ...], value)) if isinstance(value, tuple) else value
 
 
-def _read_parquet(path: Path, one_of: Collection[str]) -> tuple[Sample, ...]:
-    import pyarrow as pa  # noqa: PLC0415 - slow to load, and most tables are read from a recording
-
-    try:
-        table = read_parquet(path)
-        _require(table.column_names, path, one_of)
-        known = [name for name in _HINTS if name in table.column_names]
-        rows = cast(list[dict[str, Any]], table.select(known).to_pylist())
-    except (pa.ArrowException, ValueError, KeyError) as error:
-        raise UserError(f"Expected a Parquet table of samples, but {path} is not one ({error})") from error
-    return tuple(_from_row(row, number, path) for number, row in enumerate(rows, start=1))
+def _read_parquet(cells: Cells, path: Path) -> tuple[Sample, ...]:
+    known = [name for name in _HINTS if name in cells]
+    rows = zip(*(cells[name] for name in known), strict=True)
+    return tuple(
+        _from_row(dict(zip(known, row, strict=True)), number, path) for number, row in enumerate(rows, start=1)
+    )
 
 
 def _from_row(row: dict[str, Any], number: int, path: Path) -> Sample:
@@ -140,7 +135,7 @@ def _checked(name: str, value: Any, where: str) -> Any:
             return tuple(_within(kind(item)) for item in value)
         return _within(hint(value))
     except (TypeError, ValueError, OverflowError) as error:
-        raise UserError(f"{where}: expected {_wanted(hint)} for '{name}', got {_short(value)}") from error
+        raise UserError(f"{where}: expected {_wanted(hint)} for '{name}', got {short(value)}") from error
 
 
 # --- CSV -------------------------------------------------------------------------------------------------------------
@@ -173,14 +168,12 @@ def _cells(name: str, value: Any, widths: dict[str, int]) -> list[str]:
     return [value if hint is str else repr(hint(value)).lower()]
 
 
-def _read_csv(path: Path, one_of: Collection[str]) -> tuple[Sample, ...]:
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            reader = csv.DictReader(file, restval="")
-            _require(reader.fieldnames or (), path, one_of)
-            return tuple(_from_cells(row, f"{path}, line {reader.line_num}") for row in reader)
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise UserError(f"Expected a CSV table of samples, but {path} is not one ({error})") from error
+def _read_csv(cells: Cells, path: Path) -> tuple[Sample, ...]:
+    rows = zip(*cells.values(), strict=True)
+    return tuple(
+        _from_cells(dict(zip(cells, row, strict=True)), f"{path}, row {number}")
+        for number, row in enumerate(rows, start=1)
+    )
 
 
 def _require(columns: Sequence[str], path: Path, one_of: Collection[str]) -> None:
@@ -226,7 +219,7 @@ def _number(cell: str, name: str, kind: Any, where: str) -> Any:
     try:
         return _within(kind(cell))
     except ValueError as error:
-        raise UserError(f"{where}: expected {_wanted(kind)} for '{name}', got '{_short(cell)}'") from error
+        raise UserError(f"{where}: expected {_wanted(kind)} for '{name}', got '{short(cell)}'") from error
 
 
 def _within(value: Any) -> Any:
@@ -238,11 +231,6 @@ def _within(value: Any) -> Any:
     if isinstance(value, int) and not -(2**63) <= value < 2**63:
         raise ValueError("it has more than 64 bits")
     return value
-
-
-def _short(value: Any) -> str:
-    text = repr(value) if not isinstance(value, str) else value
-    return text if len(text) <= _SHOWN else text[:_SHOWN] + "…"
 
 
 def _wanted(hint: Any) -> str:

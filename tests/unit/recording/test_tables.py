@@ -60,7 +60,7 @@ def test_a_table_of_another_rig_keeps_what_it_has(tmp_path: Path) -> None:
     ("name", "text", "words"),
     [
         ("a.csv", "angle,plate\n1,2\n", "column 'onset_angle_rad'"),
-        ("a.csv", "onset_angle_rad,run\n0.3,three\n", r"line 2: expected a whole number for 'run', got 'three'"),
+        ("a.csv", "onset_angle_rad,run\n0.3,three\n", r"row 1: expected a whole number for 'run', got 'three'"),
         ("a.csv", "onset_angle_rad,censored\n0.3,perhaps\n", "expected true or false for 'censored'"),
         ("a.csv", "onset_angle_rad,euler_rad_0\n0.3,x\n", "expected a number for 'euler_rad_0'"),
         ("a.csv", "", "its columns are: none"),

@@ -87,7 +87,7 @@ def test_brackets_in_a_text_are_printed_as_they_are(tmp_path: Path, capsys: pyte
 def test_a_number_that_no_sample_holds_is_named(tmp_path: Path, column: str, cell: str) -> None:
     table = tmp_path / "samples.csv"
     table.write_text(f"onset_angle_rad,{column}\n0.3,{cell}\n", encoding="utf-8")
-    with pytest.raises(UserError, match=f"line 2: expected .* for '{column}'") as refused:
+    with pytest.raises(UserError, match=f"row 1: expected .* for '{column}'") as refused:
         read_samples(table)
     assert len(str(refused.value)) < 300
 

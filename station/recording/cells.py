@@ -1,0 +1,147 @@
+"""Reads the cells of a table, .csv or .parquet, by column, as its file has them."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from shared.errors import UserError
+from shared.geometry import Array
+from station.recording.parquet import MOST_CELLS, read_parquet
+
+Cells = Mapping[str, Sequence[Any]]
+"""The cells of each column, by its name: texts of a CSV table, values of a Parquet table, None where there is none."""
+
+_SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs"}
+_DECIMALS = "; numbers with a decimal comma need semicolons between the cells"
+_DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
+_SHOWN = 40
+"""Letters of a wrong value that a message shows."""
+
+
+def cells_of(path: Path, *, what: str) -> Cells:
+    """Reads all columns of a table of `what` ("samples"), as messages call it.
+
+    Raises:
+        UserError: if it is neither, has rows of unequal lengths, or more than fits into memory.
+        OSError: if it cannot be read.
+    """
+    return _of_parquet(path, what) if path.suffix == ".parquet" else _of_csv(path, what)
+
+
+def numbers_of(cells: Sequence[Any], name: str, path: Path, *, least: float = -math.inf) -> Array:
+    """Returns the numbers (n,) in the column `name` of a table at `path`; nan for an empty cell.
+
+    Raises:
+        UserError: for a cell that is no number, or is infinite, or less than `least`.
+    """
+    return np.array([_number(cell, name, least, f"{path}, row {row}") for row, cell in enumerate(cells, start=1)])
+
+
+def short(value: Any) -> str:
+    """Returns a wrong value as a message shows it."""
+    text = value if isinstance(value, str) else repr(value)
+    return text if len(text) <= _SHOWN else text[:_SHOWN] + "…"
+
+
+def _of_csv(path: Path, what: str) -> Cells:
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            separator = _separator(next(filter(str.strip, file), ""))
+            file.seek(0)
+            lines = filter(None, csv.reader(file, delimiter=separator))
+            header = [name.strip() for name in next(lines, [])]
+            _require_once(header, path)
+            rows: list[list[str]] = []
+            for row in lines:
+                rows.append(row)
+                _require_whole(row, len(header), separator, f"{path}, row {len(rows)}")
+                if len(rows) * len(header) > MOST_CELLS:
+                    raise UserError(f"Expected at most {MOST_CELLS} cells in {path}, it holds more; split the table")
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise UserError(f"Expected a CSV table of {what}, but {path} is not one ({error})") from error
+    cell = _with_point if separator == ";" else str
+    return {name: [cell(row[index]) for row in rows] for index, name in enumerate(header)}
+
+
+def _separator(header: str) -> str:
+    """Returns what separates the names in a header: a comma, a semicolon or a tab."""
+    return max(_SEPARATORS, key=header.count)
+
+
+def _require_once(header: Sequence[str], path: Path) -> None:
+    twice = next((name for name in header if name and header.count(name) > 1), None)
+    if twice is not None:
+        raise UserError(f"Expected each column once in {path}, got '{twice}' {header.count(twice)} times; rename one")
+
+
+def _require_whole(row: Sequence[str], columns: int, separator: str, where: str) -> None:
+    if len(row) != columns:
+        raise UserError(
+            f"{where}: expected {columns} cells between {_SEPARATORS[separator]}, as many as there are columns, got "
+            f"{len(row)}{_DECIMALS if separator == ',' else ''}"
+        )
+
+
+def _with_point(cell: str) -> str:
+    """Returns a number with a decimal comma with a point; whatever else as it is."""
+    return cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell) else cell
+
+
+def _of_parquet(path: Path, what: str) -> Cells:
+    import pyarrow as pa  # noqa: PLC0415 - slow to load, and most tables are CSV
+
+    try:
+        return _ParquetCells(path, read_parquet(path))
+    except (pa.ArrowException, ValueError, KeyError) as error:
+        raise UserError(f"Expected a Parquet table of {what}, but {path} is not one ({error})") from error
+
+
+class _ParquetCells(Mapping[str, Sequence[Any]]):
+    """The columns of a Parquet table (of `pyarrow`), each unpacked when it is asked for: others may be of any kind."""
+
+    def __init__(self, path: Path, table: Any) -> None:
+        self._path, self._table = path, table
+
+    def __getitem__(self, name: str) -> Sequence[Any]:
+        import pyarrow as pa  # noqa: PLC0415 - as above
+
+        if name not in self:
+            raise KeyError(name)
+        try:
+            return self._table.column(name).to_pylist()
+        except (
+            pa.ArrowException,
+            ValueError,
+            OverflowError,
+            KeyError,
+        ) as error:  # a KeyError tells of two columns of this name
+            raise UserError(f"Expected numbers or texts in the column '{name}' of {self._path}: {error}") from error
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._table.column_names
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._table.column_names)
+
+    def __len__(self) -> int:
+        return len(self._table.column_names)
+
+
+def _number(cell: Any, name: str, least: float, where: str) -> float:
+    if cell is None or cell == "":
+        return math.nan
+    try:
+        value = float(cell)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise UserError(f"{where}: expected a number for '{name}', got '{short(cell)}'") from error
+    if math.isinf(value) or value < least:
+        bound = "" if math.isinf(least) else f" of at least {least:g}"
+        raise UserError(f"{where}: expected a finite '{name}'{bound}, got {value:g}")
+    return value
