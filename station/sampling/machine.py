@@ -87,7 +87,7 @@ class SamplingMachine:
 
     @property
     def outage(self) -> str:
-        """The network's fault that the session waits out, level; empty if it does not."""
+        """The fault that the session waits out, level; empty if it does not."""
         return self._state.outage
 
     def handle(self, message: Message, *, now_ns: int) -> list[Action]:

@@ -131,7 +131,7 @@ class Plan:
     `timeout_s`: how long the machine waits for an answer, a motion's end, or corners, before it gives the run up;
     `silence_s`: how long corners and attitudes may stay away, or be late, while every frame counts;
     `faults`: how many runs may fail in a row before the session stops; those that the network ended do not count.
-    `outage_s`: how long a session waits, level, for a camera or arm agent that cannot be heard (0: for ever).
+    `outage_s`: how long a session waits, level, for an agent that cannot be heard or a frozen camera (0: for ever).
     """
 
     samples: int = 50

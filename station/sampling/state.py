@@ -43,7 +43,7 @@ class State:
         self.faults = 0
         """The number of runs in a row that have failed, without those that an outage ended."""
         self.outage = ""
-        """The network's fault that ended the run, if any; the session waits until everybody is heard again."""
+        """The fault that ended the run and is none of the experiment, if any; the session waits until it is over."""
         self.stopped = ""
         """The reason of the arm's emergency stop in force; empty while none is."""
         self.samples = 0
@@ -79,17 +79,17 @@ class State:
 
     @property
     def absent(self) -> str:
-        """The parts that cannot be heard, in words; empty if both are. A frozen camera is heard."""
+        """What does not come, in words; empty if all does. A frozen camera sends, but nothing new."""
         silent = self.plan.silence_s
-        camera = self.since(self.seen_ns) > silent and self.blind != FROZEN
-        arm = self.since(self.attitude_ns) > silent
-        names = [name for name, gone in (("the camera agent", camera), ("the arm agent", arm)) if gone]
-        return " and ".join(names)
+        camera = "new frames of the camera" if self.blind == FROZEN else "the camera agent"
+        since_ns = {camera: self.seen_ns, "the arm agent": self.attitude_ns}
+        return " and ".join(name for name, stamp_ns in since_ns.items() if self.since(stamp_ns) > silent)
 
     def abort(self, reason: str, *, passing: bool = False) -> None:
         """Gives the run up; after too many in a row also the session, with the plate sent back to level.
 
-        A `passing` fault was the network's: it does not count, and the session waits until it is over.
+        A `passing` fault was the network's, and what does not come is none of the experiment: neither counts, and the
+        session waits until it is over.
         """
         self.event("ABORTED", reason)
         self.say("error", f"run {self.run.number} aborted: {reason}")
@@ -97,7 +97,7 @@ class State:
         self.enter_silently("ABORTED")
         if passing or self.absent:
             self.outage = reason
-            self.say("warning", f"waiting, level, until everybody is heard again: {self.absent or reason}")
+            self.say("warning", f"waiting, level, for {self.absent}" if self.absent else f"waiting, level: {reason}")
             return
         self.faults += 1
         if self.faults >= self.plan.faults:

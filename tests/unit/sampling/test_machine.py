@@ -453,7 +453,7 @@ def test_a_cut_after_the_slip_flags_the_run_and_it_does_not_count(phase: str):
 
 @pytest.mark.parametrize("stamps", ["go on", "stand still"])
 def test_a_frozen_camera_gives_no_run_without_a_slip(stamps: str):
-    """Each run ended as "no slip up to this angle" before, and the session looked complete."""
+    """Each run ended as "no slip up to this angle" before, and the session looked complete. It waits, level, now."""
     frozen: list[MarkerCorners] = []
 
     def freeze(message: MarkerCorners, rig: ScriptedRig) -> MarkerCorners:
@@ -464,9 +464,14 @@ def test_a_frozen_camera_gives_no_run_without_a_slip(stamps: str):
         again = dataclasses.replace(frozen[0], sigma_px=0.02)
         return again if stamps == "stand still" else dataclasses.replace(again, capture_ns=message.capture_ns)
 
-    rig = finished(ScriptedRig(Plan(samples=1, faults=2, timeout_s=3.0), on_corners=freeze))
-    assert rig.samples == []
-    assert "the camera is frozen" in (rig.fault or "")
+    rig = ScriptedRig(Plan(samples=1, faults=1, timeout_s=3.0), on_corners=freeze)
+    rig.run(300.0)
+    assert (rig.samples, rig.fault, rig.tilt_rad) == ([], None, 0.0)
+    assert "the camera is frozen" in rig.machine.outage
+    assert any(line.endswith("waiting, level, for new frames of the camera") for line in rig.lines)
+    mend(rig)
+    assert finished(rig).fault == ""
+    assert [sample.run for sample in rig.samples] == [2]
 
 
 def test_an_agent_that_says_that_its_camera_is_frozen_is_believed():
@@ -476,7 +481,8 @@ def test_an_agent_that_says_that_its_camera_is_frozen_is_believed():
     rig = ScriptedRig(Plan(samples=1, faults=1, timeout_s=3.0))
     rig.run(60.0, until=good_first)
     rig.on_corners = freeze
-    assert "the camera is frozen" in (finished(rig).fault or "")
+    rig.run(10.0, until=lambda _: False)
+    assert "the camera is frozen" in rig.machine.outage
 
 
 @pytest.mark.parametrize("says", [{"sigma_px": 0.0}, {"sigma_px": 0.02, "noiseless": True}])
