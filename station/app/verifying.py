@@ -1,4 +1,6 @@
-"""Derives from a recording what it says was derived: corners from pictures, decisions and samples from messages.
+"""Derives from a recording what it says was derived.
+
+These are the corners from the pictures, the attitudes from the joints, and decisions and samples from the messages.
 
 Each part is `identical`, `different` or `not derived`. A recording is a stranger's: whoever forged all of it
 consistently, pictures included, is found out by no derivation; only a signature says who made it.
@@ -14,12 +16,14 @@ from typing import Any, Literal
 
 from shared.errors import UserError
 from station.app.attached import attached_rig
+from station.app.attitudes_again import attitudes_again
 from station.app.commands.check import machine_of
 from station.app.corners_again import CornersAgain, corners_again, picture_tracker
 from station.app.outputs import without_nan
 from station.app.signature import Signature, file_sha256, signature_path
 from station.recording.malformed import left_out
 from station.recording.reader import RecordingReader, open_recording
+from station.rig.placed_arm import placed_arm
 from station.sampling.machine import INPUTS
 from station.sampling.replay import DECISIONS, Difference, Verdict, replay_whole
 
@@ -99,13 +103,13 @@ class Verification:
 
 
 def verify(path: Path, *, keys: Path | None = None) -> Verification:
-    """Derives a recording's corners, decisions and samples again.
+    """Derives a recording's corners, attitudes, decisions and samples again.
 
     Raises:
         UserError: if the file cannot be read, is damaged, or what stands beside it is no signature.
     """
     sha256, reader = file_sha256(path), open_recording(path)
-    derived = (_corners(reader), *_decisions(reader))
+    derived = (_corners(reader), _attitudes(reader), *_decisions(reader))
     # Messages that are none are known once all is read.
     parts = (_content(reader), *derived)
     return Verification(path, sha256, parts, _signature(path, sha256, keys), dict(reader.malformed))
@@ -161,6 +165,25 @@ def _part_of(found: CornersAgain) -> Part:
     name = f"corners_px[{first.number}]"
     where = Mismatch("camera/corners", first.stamp_ns, name, first.recorded_px, first.derived_px)
     return Part("corners", "different", found.compared, f"{read}; {found.different} differ", where)
+
+
+def _attitudes(reader: RecordingReader) -> Part:
+    rig = attached_rig(reader)
+    if rig is None or not {"arm/joints", "arm/platform"} <= reader.topics.keys():
+        return Part("attitudes", "not derived", 0, "the recording holds no joints, or no rig file")
+    try:
+        found = attitudes_again(reader, placed_arm(rig))
+    except UserError as error:
+        return Part("attitudes", "not derived", 0, str(error))
+    read = f"{found.compared} of {found.attitudes} follow from the joints of their moment"
+    if not found.compared:
+        return Part("attitudes", "not derived", 0, read)
+    if found.first is None:
+        return Part("attitudes", "identical", found.compared, read)
+    first = found.first
+    where = Mismatch("arm/platform", first.stamp_ns, first.name, first.recorded, first.derived)
+    said = f"of {found.compared} with joints of their moment {found.different} do not follow from them"
+    return Part("attitudes", "different", found.compared, said, where)
 
 
 def _decisions(reader: RecordingReader) -> Sequence[Part]:

@@ -1,8 +1,9 @@
 """Derives again what a recording says was derived, and says whether it is identical, or where it is not.
 
-Corners are read again from the recorded pictures, where there are any; commands, events and samples follow once more
-from the recorded messages, with the plan and the rig inside the recording. A signature beside it (`station keys sign`)
-says who made it. What no picture shows and nothing is decided by can be forged without a trace in an unsigned file.
+Corners are read again from the recorded pictures, where there are any; the plate's attitudes follow once more from the
+joints, and commands, events and samples from the recorded messages, with the plan and the rig inside the recording. A
+signature beside it (`station keys sign`) says who made it. What no picture shows and nothing is decided by can be
+forged without a trace in an unsigned file.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from station.app.signature import keys_folder
 from station.app.verifying import Verification, signature_line, verify
 
 NAME = "verify"
-HELP = "derive a recording's corners, decisions and samples again: identical, or where not? who signed it?"
+HELP = "derive a recording's corners, attitudes, decisions and samples again: identical, or where not? who signed it?"
 EXAMPLE = "station verify sim.mcap"
 ONE = "something differs from what follows from the recording, a signature does not hold, or nothing could be derived"
 _SIGNS = {"identical": "✓", "different": "✗", "not derived": "–"}

@@ -150,7 +150,7 @@ def test_json_says_the_same(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert main(["verify", "--json", str(path)]) == 1
     told = json.loads(capsys.readouterr().out)
     assert told["holds"] is False
-    assert [part["name"] for part in told["parts"]] == ["content", "corners", "decisions", "samples"]
+    assert [part["name"] for part in told["parts"]] == ["content", "corners", "attitudes", "decisions", "samples"]
     first = told["first_difference"]
     assert (first["topic"], first["field"], first["recorded"]) == ("session/sample", "onset_angle_rad", None)
     assert told["signature"] is None
