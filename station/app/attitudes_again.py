@@ -93,9 +93,10 @@ def joints_of(arm: PlacedArm, states: Sequence[JointState]) -> tuple[Array, Arra
 
 
 def numbers_of(arm: PlacedArm, position_rad: Array, rate_rad_s: Array) -> Array:
-    """Returns the numbers (n, 10) of `PlatformState` for joint angles (n, joints), rad, and their rates, rad/s.
+    """Returns the numbers (n, 10) of `PlatformState`.
 
-    The angular velocity is the sum of rate times axis over the joints, in the plate's frame.
+    They are those of joint angles `position_rad` (n, joints) and of their rates `rate_rad_s` (n, joints). The angular
+    velocity is the sum of rate times axis over the joints, in the plate's frame.
     """
     pose, jacobian = pivot_jacobian(arm.model, position_rad)
     turn = arm.world_from_base[:3, :3] @ pose[:, :3, :3]

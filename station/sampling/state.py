@@ -79,7 +79,7 @@ class State:
 
     @property
     def absent(self) -> str:
-        """What does not come, in words; empty if all does. A frozen camera sends, but nothing new."""
+        """The parts that send nothing new, in words; empty if all do. A frozen camera sends the same again."""
         silent = self.plan.silence_s
         camera = "new frames of the camera" if self.blind == FROZEN else "the camera agent"
         since_ns = {camera: self.seen_ns, "the arm agent": self.attitude_ns}

@@ -1,10 +1,10 @@
 """The plate's attitude from its readings and its recorded rates together: the readings' noise, and the rates' delay.
 
-Let x(t) be gravity's two components along the plate, and x' what a recorded rate w makes of them, x' = -(w x g). If
-both were right, the level e = x - integral of x'(t + d) - y(t) would be constant: d is the delay of the rates, and y
-what a filter of theirs has changed besides (rate_filter.py). The readings' noise s is white, and the level is a random
-walk by the rates' errors: the local level model (Durbin and Koopman 2012, Time Series Analysis by State Space Methods,
-ch. 2).
+Let x(t) be gravity's two components along the plate, and x' what a recorded rate w makes of them, x' = -(w x g), less
+the rate's noise (rate_noise.py). If both were right, the level e = x - integral of x' - y(t) would be constant, with
+rates that were late by d, or lagged by d (rate_lag.py), and y what a filter of theirs has changed besides
+(rate_filter.py). The readings' noise s is white, and the level is a random walk by the rates' errors: the local level
+model (Durbin and Koopman 2012, Time Series Analysis by State Space Methods, ch. 2).
 
 In its steady state the best level is a mean of the readings with weights w0 phi^|k|, w0 = (1 - phi) / (1 + phi), where
 phi predicts each reading best from those before it. The prediction errors have the variance s^2 / phi; s^2 times the
@@ -20,12 +20,14 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 
 from shared.vectors import cross
+from station.diagnosis.observations.cubics import spline_integral
 from station.diagnosis.observations.rate_filter import answered, weights
+from station.diagnosis.observations.rate_lag import FORMS, Form, derivative
+from station.diagnosis.observations.rate_noise import without_noise
 from station.physics.contact import Array
 
 GAP = 10.0
@@ -36,6 +38,10 @@ LEAST_UPRIGHT = 0.05
 
 ROUNDS, MOST_LOG_ODDS = 8, 12.0
 """ROUNDS steps lead to the delay, each a tenth of what is left or less; MOST_LOG_ODDS bounds phi away from 0 and 1."""
+
+JUMPS = 171.0
+"""The second differences of a broken line by the errors of its spline's integral, both squared, at an interval of 1
+(`pytest tests/unit/diagnosis/test_attitude_fit.py` draws such lines)."""
 
 FILTER_ROUNDS = 3
 """The filter and phi are found in turn: a third time changes neither by a hundredth."""
@@ -76,10 +82,10 @@ def fitted(time_s: Array, gravity: Array, rate_rad_s: Array) -> AttitudeFit:
         gravity: (n, 3) unit vectors in P.
         rate_rad_s: (n, 3) recorded rates in P, rad/s.
     """
-    parts = _parts(time_s)
-    delay_s, sd_s, rate = _delay(time_s, gravity, rate_rad_s, parts)
-    level, slopes = _level(time_s, gravity, rate, parts)
-    filtered = _filtered(time_s, level, slopes, parts)
+    parts, quiet = _parts(time_s), without_noise(rate_rad_s)
+    late = min((_late(form, time_s, gravity, quiet, parts) for form in FORMS), key=lambda one: one.missed)
+    level, slope = _level(time_s, gravity, late.rate, parts)
+    filtered = _filtered(time_s, level, slope, parts)
     level = level - filtered
     keeps, missed = _predicted(level, parts)
     noise = float(np.sqrt(keeps * np.square(missed).sum() / max(2 * (len(time_s) - len(parts)), 1)))
@@ -87,16 +93,16 @@ def fitted(time_s: Array, gravity: Array, rate_rad_s: Array) -> AttitudeFit:
     found = gravity[:, :2] + smooth - level
     upright = np.sqrt(np.maximum(1.0 - (found * found).sum(axis=1), 0.0))
     whole = np.column_stack([found, np.copysign(upright, gravity[:, 2])])
-    wrong = _wrong(smooth, slopes[0], time_s, parts)
+    wrong = _wrong(smooth, slope, time_s, parts)
     return AttitudeFit(
         gravity=whole,
         # The plate keeps them by columns, and so they are not copied there.
-        rate_rad_s=np.asfortranarray(rate + _turning(time_s, wrong * smooth + filtered, whole, parts)),
+        rate_rad_s=np.asfortranarray(late.rate + _turning(time_s, wrong * smooth + filtered, whole, parts)),
         sigma_rad=noise * np.sqrt(own),
         noise_rad=noise,
         keeps=keeps,
-        delay_s=delay_s,
-        delay_sd_s=sd_s,
+        delay_s=late.delay_s,
+        delay_sd_s=late.sd_s,
     )
 
 
@@ -108,33 +114,37 @@ def _parts(time_s: Array) -> list[slice]:
     return [slice(first, last) for first, last in pairwise(edges)]
 
 
-def _delay(time_s: Array, gravity: Array, rate_rad_s: Array, parts: Sequence[slice]) -> tuple[float, float, Array]:
-    """Returns the delay of the rates with its standard error, s, and the rates (n, 3) without it."""
-    delay_s, sd_s, rate = 0.0, np.inf, rate_rad_s
+@dataclass(frozen=True, eq=False)
+class _Late:
+    """A form of late rates: its delay and standard error, s, the rates (n, 3) without it, and what they miss."""
+
+    delay_s: float
+    sd_s: float
+    rate: Array
+    missed: float
+
+
+def _late(form: Form, time_s: Array, gravity: Array, recorded: Array, parts: Sequence[slice]) -> _Late:
+    delay_s, sd_s = 0.0, np.inf
     for _ in range(ROUNDS):
-        level, (slope, _) = _level(time_s, gravity, rate, parts)
+        rate, by_delay = form(time_s, recorded, delay_s, parts)
+        level, _ = _level(time_s, gravity, rate, parts)
         keeps, missed = _predicted(level, parts)
-        step_s, sd_s = _regressed(missed, _missed(slope, keeps, parts))
+        step_s, sd_s = _regressed(missed, _missed(-cross(by_delay, gravity)[:, :2], keeps, parts))
         delay_s += step_s
-        rate = np.column_stack([np.interp(time_s + delay_s, time_s, column) for column in rate_rad_s.T])
-    return delay_s, sd_s, rate
+    return _Late(delay_s, sd_s, form(time_s, recorded, delay_s, parts)[0], float(np.square(missed).sum()))
 
 
-def _filtered(time_s: Array, level: Array, slopes: tuple[Array, Array], parts: Sequence[slice]) -> Array:
-    """Returns the trace of a filter of the rates in the level (n, 2), and x' and x'' (n, 2).
+def _filtered(time_s: Array, level: Array, slope: Array, parts: Sequence[slice]) -> Array:
+    """Returns the trace (n, 2) of a filter of the rates in the level (n, 2), by x' (n, 2).
 
-    The trace is without the trapezoid rule's bias.
-
-    A rate whose slope jumps by J within an interval h, at a share f of it, is integrated to J h^2 f (1 - f) / 2 too
-    much. x'' grows by J (1 - f) / 2, J / 2 and J f / 2 from reading to reading: the regression is h^2 / 10 with f
-    uniform. What is left is shrunk for the rest of the rule's errors, see `_wrong`.
+    It is shrunk for what the integration may have added, see `_wrong`.
     """
-    (slope, bend), step_s = slopes, float(np.median(np.diff(time_s)))
+    step_s = float(np.median(np.diff(time_s)))
     found = np.zeros_like(level)
     for _ in range(FILTER_ROUNDS):
         keeps, _ = _predicted(level - found, parts)
-        weight = weights(_missed(level, keeps, parts), _missed(slope, keeps, parts), step_s)
-        found = answered(slope, weight, parts) + 0.1 * step_s**2 * bend
+        found = answered(slope, weights(_missed(level, keeps, parts), _missed(slope, keeps, parts), step_s), parts)
         found *= _wrong(found, slope, time_s, parts)
     return found
 
@@ -148,11 +158,11 @@ def _regressed(values: Array, by: Array) -> tuple[float, float]:
     return slope, float(np.sqrt(np.square(by * (values - slope * by)).sum())) / known
 
 
-def _level(time_s: Array, gravity: Array, rate: Array, parts: Sequence[slice]) -> tuple[Array, tuple[Array, Array]]:
-    """Returns the level (n, 2) of each reading with these rates (n, 3), and x' and x'' (n, 2) by them."""
+def _level(time_s: Array, gravity: Array, rate: Array, parts: Sequence[slice]) -> tuple[Array, Array]:
+    """Returns the level (n, 2) of each reading with these rates (n, 3), and x' (n, 2) by them."""
     slope = -cross(rate, gravity)[:, :2]
-    turned = [cumulative_trapezoid(slope[part], time_s[part], axis=0, initial=0.0) for part in parts]
-    return gravity[:, :2] - np.concatenate(turned), (slope, _derivative(slope, time_s, parts))
+    turned = [spline_integral(time_s[part], slope[part]) for part in parts]
+    return gravity[:, :2] - np.concatenate(turned), slope
 
 
 def _predicted(level: Array, parts: Sequence[slice]) -> tuple[float, Array]:
@@ -195,15 +205,15 @@ def _smoothed(level: Array, keeps: float, parts: Sequence[slice]) -> tuple[Array
 
 
 def _wrong(level: Array, slope: Array, time_s: Array, parts: Sequence[slice]) -> float:
-    """Returns the share of the level's variance that the rates' errors explain; the trapezoid rule explains the rest.
+    """Returns the share of the level's variance that the rates' errors explain; the integration explains the rest.
 
-    Where an acceleration jumps by J within an interval h, the trapezoid errs by J h^2 f (1 - f) / 2, with f uniform
-    from 0 to 1, and the second differences of the slopes are J h f and J h (1 - f): 80 times the mean square of the
-    former is h^2 times that of the latter. The share is that of James and Stein's estimator, and not below 0.
+    Where an acceleration jumps within an interval h, at any share of it, the spline's integral errs in this interval
+    and its neighbours: JUMPS times the mean square of these errors is h^2 times that of the slopes' second differences.
+    The share is that of James and Stein's estimator, and not below 0.
     """
     wandered = sum(float(np.square(np.diff(level[part], axis=0)).sum()) for part in parts)
     bent = sum(float(np.square(np.diff(slope[part], n=2, axis=0)).sum()) for part in parts)
-    added_up = float(np.median(np.diff(time_s))) ** 2 * bent / 80.0
+    added_up = float(np.median(np.diff(time_s))) ** 2 * bent / JUMPS
     return max(1.0 - added_up / wandered, 0.0) if wandered > 0.0 else 0.0
 
 
@@ -212,16 +222,7 @@ def _turning(time_s: Array, level: Array, gravity: Array, parts: Sequence[slice]
 
     A turn about gravity is unseen.
     """
-    along = _derivative(level, time_s, parts)
+    along = derivative(level, time_s, parts)
     upright = np.copysign(np.maximum(np.abs(gravity[:, 2]), LEAST_UPRIGHT), gravity[:, 2])
     across = -(along * gravity[:, :2]).sum(axis=1) / upright
     return cross(np.column_stack([along, across]), gravity)
-
-
-def _derivative(values: Array, time_s: Array, parts: Sequence[slice]) -> Array:
-    """Returns the time derivative (n, 2) of values (n, 2); 0 in a stretch of one reading."""
-    made = np.zeros_like(values)
-    for part in parts:
-        if part.stop - part.start > 1:
-            made[part] = np.gradient(values[part], time_s[part], axis=0)
-    return made

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_banded
 
 from station.physics.contact import Array
 
@@ -53,3 +54,30 @@ class Cubics:
         index = np.clip(np.searchsorted(self.time_s, seconds, side="right") - 1, 0, len(self.time_s) - 2)
         step = (self.time_s[index + 1] - self.time_s[index])[:, None]
         return index, step, (seconds - self.time_s[index])[:, None] / step
+
+
+def spline_slopes(time_s: Array, values: Array) -> Array:
+    """Returns the slopes (n, k) of the natural cubic spline through `values` (n, k) at times `time_s` (n,), s.
+
+    The second derivative is continuous, and 0 at both ends (de Boor 2001, A Practical Guide to Splines, ch. 4).
+    """
+    if len(time_s) < 2:
+        return np.zeros_like(values)
+    step = np.diff(time_s)
+    rise = np.diff(values, axis=0) / step[:, None]
+    bands = np.zeros((3, len(time_s)))
+    bands[0, 1], bands[0, 2:] = 1.0, step[:-1]
+    bands[1, 0], bands[1, 1:-1], bands[1, -1] = 2.0, 2.0 * (step[1:] + step[:-1]), 2.0
+    bands[2, :-2], bands[2, -2] = step[1:], 1.0
+    right = np.empty_like(values)
+    right[0], right[-1] = 3.0 * rise[0], 3.0 * rise[-1]
+    right[1:-1] = 3.0 * (step[1:, None] * rise[:-1] + step[:-1, None] * rise[1:])
+    return np.asarray(solve_banded((1, 1), bands, right, overwrite_ab=True, overwrite_b=True))
+
+
+def spline_integral(time_s: Array, values: Array) -> Array:
+    """Returns the integral (n, k) of the spline through `values` (n, k) from the first of `time_s` (n,), s, to each."""
+    step = np.diff(time_s)[:, None]
+    bent = step / 6.0 * np.diff(spline_slopes(time_s, values), axis=0)
+    pieces = step / 2.0 * (values[1:] + values[:-1] - bent)
+    return np.concatenate([np.zeros_like(values[:1]), np.cumsum(pieces, axis=0)])

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from shared.vectors import cross
 from station.diagnosis.observations.attitude_fit import fitted
-from station.diagnosis.observations.cubics import Cubics, Indices
+from station.diagnosis.observations.cubics import Cubics, Indices, spline_slopes
 from station.physics.contact import Array
 from station.physics.reversals import rising, turned_at
 from station.signals.pivot import pivot_in_plate
@@ -20,13 +20,14 @@ from station.signals.tracks import AttitudeTrack, MotionTrack
 
 Times = NDArray[np.int64]
 
-AGREE_RAD_S2, WILD, FEW, LEAST_READINGS = 0.1, 2.0, 0.998, 100
-"""Attitudes and rates agree if their accelerations differ by less in the median, and the quantile FEW of the former is
-below WILD times that of the latter; with fewer readings than LEAST_READINGS the rates alone count."""
+WILD, FEW, LEAST_READINGS = 2.0, 0.998, 100
+"""Attitudes are no source of accelerations if the quantile FEW of theirs is WILD times that of the rates': some
+readings are wrong then. With fewer readings than LEAST_READINGS the rates alone count."""
 
 APART_S = 0.0025
-"""Accelerations are the rates' differences from this much before to this much after. An acceleration that jumps at each
-reading would jump for all frames at once that fall on readings, and the least delay would seem to matter."""
+"""Accelerations by gravity's slopes are their differences from this much before to this much after. An acceleration
+that jumps at each reading would jump for all frames at once that fall on readings, and the least delay would seem to
+matter."""
 
 COVERED_S = 0.2
 """A moment that is farther from every reading has no attitude."""
@@ -99,12 +100,12 @@ def turned(vectors: Array, way: Array) -> Array:
 
 
 class PlateMotion:
-    """Interpolates the recorded attitude: gravity by cubics through its values and rates, the rates linearly.
+    """Interpolates the recorded attitude: gravity by cubics through its values and rates, the rates by a spline.
 
     Values and rates are those that `fitted` (attitude_fit) makes of the recorded ones; `fit` is None if there are too
     few.
 
-    The accelerations are differences of the cubics' slopes, or else of the rates.
+    The accelerations are differences of the former's slopes, or else the slopes of the latter.
 
     Chords of gravity would be off by a tenth of a millidegree while the plate is set in motion, always to the same
     side, so that a thousand slides would show it.
@@ -119,11 +120,11 @@ class PlateMotion:
         if self.fit is not None:
             rate, gravity = self.fit.rate_rad_s, self.fit.gravity
         # They are stored by columns: interpolation would copy each strided one, a whole session, at every call.
-        self._rates = np.ascontiguousarray(rate.T)
-        self._gravity = (
-            Cubics(self._time_s, gravity, partial(_turning, gravity, self._rates)) if len(known) > 1 else None
-        )
-        self._swing = self._swinging(gravity, rate)
+        columns, slopes = np.ascontiguousarray(rate.T), spline_slopes(self._time_s, rate)
+        self._rates = Cubics(self._time_s, rate, slopes.__getitem__)
+        self._gravity = Cubics(self._time_s, gravity, partial(_turning, gravity, columns)) if len(known) > 1 else None
+        recorded = Cubics(self._time_s, known.gravity, partial(_turning, known.gravity, columns))
+        self._swing = self._swinging(recorded, slopes)
         tilt = np.arccos(np.clip(-gravity[:, 2], -1.0, 1.0)) if len(known) else np.zeros(0)
         self._rising = rising(self._time_s, tilt, self._time_s) if len(known) > 2 else np.ones(len(known))
         # The arm comes down to a level plate.
@@ -154,7 +155,8 @@ class PlateMotion:
         seconds = self._seconds(time_ns) - delay_s
         gravity = self._gravity_at(seconds)
         last = self._last(seconds)
-        acceleration = self._apart(self._rates_at, seconds)
+        inside = np.clip(seconds, self._time_s[0], self._time_s[-1])
+        acceleration = self._rates.slope(inside)
         if self._swing is not None:
             seen = _seen(self._apart(self._swing, seconds), gravity)
             acceleration = seen + gravity * (acceleration * gravity).sum(axis=1, keepdims=True)
@@ -163,7 +165,7 @@ class PlateMotion:
         tilt = np.arctan2(np.hypot(gravity[:, 0], gravity[:, 1]), -gravity[:, 2])
         return Attitude(
             gravity=gravity,
-            rate_rad_s=self._rates_at(seconds),
+            rate_rad_s=self._rates(inside),
             acceleration_rad_s2=acceleration,
             rising=self._rising[last],
             gone_rad=np.abs(tilt - self._turned_rad[last]),
@@ -210,32 +212,31 @@ class PlateMotion:
         """Returns the last reading (n,) before each time (n,), s, by its index."""
         return np.clip(np.searchsorted(self._time_s, seconds, side="right") - 1, 0, len(self) - 1)
 
-    def _rates_at(self, seconds: Array) -> Array:
-        return _interpolated(seconds, self._time_s, self._rates)
-
     def _apart(self, moving: Callable[[Array], Array], seconds: Array) -> Array:
         """Returns the slope (n, 3) of a quantity between APART_S before and APART_S after each time (n,), s."""
         after = np.clip(seconds + APART_S, self._time_s[0], self._time_s[-1])
         before = np.clip(seconds - APART_S, self._time_s[0], self._time_s[-1])
         return (moving(after) - moving(before)) / (2.0 * APART_S)
 
-    def _swinging(self, gravity: Array, rate: Array) -> Callable[[Array], Array] | None:
-        """Returns the derivative of gravity's spline, if attitudes and rates agree so well that it resolves more.
-
-        Otherwise it is None.
+    def _swinging(self, recorded: Cubics, slopes: Array) -> Callable[[Array], Array] | None:
+        """Returns the derivative of recorded gravity, if it errs by less than the rates' `slopes` (n, 3); else None.
 
         A plate that stops midway between two readings has two accelerations, of which rates alone show the mean. That
-        is half a per cent of a block's friction just when it slips.
+        is half a per cent of a block's friction just when it slips. The two ways differ by the errors of both: by the
+        attitudes' noise at every reading, so that half of the differences are below its median, and by what the rates
+        do not show at few. Of two normal components sqrt(2 ln 2) sd is the median of their length, and 2 sd^2 its mean
+        square.
         """
-        if self._gravity is None or len(gravity) < LEAST_READINGS:
+        along = recorded.values[:-1]
+        if len(along) < LEAST_READINGS:
             return None
-        shown = _seen(self._gravity.bends(), gravity[:-1])
-        mean = np.diff(rate, axis=0) / np.diff(self._time_s)[:, None]
-        mean -= gravity[:-1] * (mean * gravity[:-1]).sum(axis=1, keepdims=True)
-        rough = float(np.median(np.linalg.norm(shown - mean, axis=1))) > AGREE_RAD_S2
-        most = (float(np.quantile(np.linalg.norm(each, axis=1), FEW)) for each in (shown, mean))
-        wild = next(most) > WILD * next(most) + AGREE_RAD_S2
-        return None if rough or wild else self._gravity.slope
+        shown = _seen(recorded.bends(), along)
+        splined = slopes[:-1] - along * (slopes[:-1] * along).sum(axis=1, keepdims=True)
+        apart = np.linalg.norm(shown - splined, axis=1)
+        by_attitudes = float(np.median(apart)) ** 2 / np.log(2.0)
+        by_rates = float(np.square(apart).mean()) - by_attitudes
+        most, usual = (float(np.quantile(np.linalg.norm(each, axis=1), FEW)) for each in (shown, splined))
+        return recorded.slope if by_attitudes < by_rates and most <= WILD * usual else None
 
     def _seconds(self, time_ns: Times) -> Array:
         return np.asarray((time_ns - self._origin) * 1e-9, dtype=np.float64)

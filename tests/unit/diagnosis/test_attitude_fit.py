@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from shared.geometry import Array
-from station.diagnosis.observations.attitude_fit import AttitudeFit, fitted
+from station.diagnosis.observations.attitude_fit import JUMPS, AttitudeFit, fitted
+from station.diagnosis.observations.cubics import spline_integral
 
 HZ, STEP_S, STEPS, MOVES_S = 100.0, 0.4037, 60, 0.237
 RATE_RAD_S, ACCELERATION_RAD_S2, AZIMUTH_RAD = math.radians(5.0), math.radians(200.0), 0.3
@@ -66,6 +67,20 @@ def test_noise_and_delay_are_told_from_readings_and_rates_together(noise_rad: fl
     assert fit.delay_sd_s < 2.5e-3
     assert fit.delay_s == pytest.approx(0.5 * filtered_s, abs=4.0 * fit.delay_sd_s)
     assert np.sqrt(np.mean(gravity**2)) < 0.4 * noise_rad
+
+
+def test_a_broken_line_errs_as_is_said() -> None:
+    """A slope that jumps once in forty intervals, at any share of one: the spline's integral against the line's own."""
+    rng = np.random.default_rng(1)
+    corners = np.arange(20.0, 40_000.0, 40.0) + rng.random(1000)
+    jumps, time_s = rng.standard_normal(1000), np.arange(40_000.0)
+    edges = np.sort(np.concatenate([time_s, corners]))
+    slope = np.concatenate([[0.0], np.cumsum(jumps)])[np.searchsorted(corners, edges[:-1], side="right")]
+    line = np.concatenate([[0.0], np.cumsum(slope * np.diff(edges))])
+    whole = np.concatenate([[0.0], np.cumsum(0.5 * (line[1:] + line[:-1]) * np.diff(edges))])
+    kept = np.searchsorted(edges, time_s)
+    error = np.diff(spline_integral(time_s, line[kept, None])[:, 0] - whole[kept])
+    assert np.square(np.diff(line[kept], n=2)).sum() / np.square(error).sum() == pytest.approx(JUMPS, rel=0.05)
 
 
 def test_filtered_rates_of_an_exact_attitude_become_its_own() -> None:

@@ -53,16 +53,19 @@ def _error_rad_s2(motion: PlateMotion) -> float:
 
 
 def test_exact_attitudes_show_where_between_two_readings_the_plate_stops() -> None:
-    """Rates alone show the mean between them: an error of a quarter of the acceleration."""
-    assert _error_rad_s2(moving_plate()) < 0.7 * _error_rad_s2(moving_plate(noise_rad=1e-4))
+    """Rates alone, through a spline, show something between them: an error of a fifth of the acceleration."""
+    exact, by_rates = _error_rad_s2(moving_plate()), _error_rad_s2(moving_plate(noise_rad=1e-4))
+    assert exact < 0.16 * ACCELERATION_RAD_S2
+    assert exact < 0.75 * by_rates < 0.75 * 0.22 * ACCELERATION_RAD_S2
 
 
 @pytest.mark.parametrize("motion", [{"noise_rad": 1e-4}, {"late_s": 0.02}], ids=["noise", "late rates"])
 def test_attitudes_that_do_not_agree_with_their_rates_make_no_wild_accelerations(motion: dict[str, float]) -> None:
+    """A spline overshoots where an acceleration jumps, by up to a fifth."""
     made = moving_plate(**motion)
     time_ns = np.arange(500_000_000, round((STEPS * STEP_S - 0.5) * 1e9), 1_300_000)
     read = made.at(time_ns).acceleration_rad_s2[:, 1]
-    assert np.abs(read).max() < 1.1 * ACCELERATION_RAD_S2
+    assert np.abs(read).max() < 1.25 * ACCELERATION_RAD_S2
 
 
 @pytest.mark.parametrize("noise_rad", [0.0, 1e-4], ids=["exact", "noise"])
