@@ -15,6 +15,7 @@ safety gate stops it. Stamps are the robot's: keep its clock within 0.1 s of thi
 from __future__ import annotations
 
 import contextlib
+import time
 import uuid
 from collections import deque
 from dataclasses import dataclass
@@ -33,6 +34,8 @@ from station.arm.trajectory import JointTrajectory
 Array = NDArray[np.float64]
 _NODE = "repose_arm"
 _HALT_NS = 100_000_000
+_AGAIN_S = 0.1
+"""The wait before the graph is asked again for a controller that has not shown up."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,7 +94,7 @@ class Ros2Arm:
         states = wire.data_key(options.joint_states, wire.JOINT_STATE, domain=domain)
         session.subscribe(states, lambda payload, attachment: self._states.append(payload))  # noqa: ARG005
         pattern = wire.subscribers_pattern(options.trajectory, wire.JOINT_TRAJECTORY, domain=domain)
-        found = session.announced(pattern, timeout_s=options.answer_timeout_s)
+        found = self._looked_for(pattern)
         if not found:
             self.close()
             raise UserError(
@@ -105,6 +108,14 @@ class Ros2Arm:
                 f"The controller on {options.trajectory} has another version of {wire.JOINT_TRAJECTORY} than this "
                 "program (ROS 2 Jazzy's): it would hear nothing."
             )
+
+    def _looked_for(self, pattern: str) -> list[str]:
+        """Returns the keys that match a pattern; a controller may show up until `answer_timeout_s` have passed."""
+        timeout_s = self._options.answer_timeout_s
+        give_up = time.monotonic() + timeout_s
+        while not (found := self._session.announced(pattern, timeout_s=timeout_s)) and time.monotonic() < give_up:
+            time.sleep(_AGAIN_S)
+        return found
 
     def start(self, trajectory: JointTrajectory, *, now_ns: int) -> None:
         """Publishes the trajectory; the controller replaces what it was doing."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import threading
 import time
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -20,11 +21,12 @@ from station.arm.drivers import Driver, DriverLink, _ros2_wire, load_driver
 from station.arm.trajectory import JointTrajectory
 from station.rig.arm_model import ArmModel
 from tests.contracts.ros2_robot import TRAJECTORY, Ros2Robot
+from tests.patience import PATIENCE_S
 from tests.system.ros1 import free_port
 
 
-def connect(model: ArmModel, endpoint: str) -> Driver:
-    options = Table({"router": endpoint, "domain": 7, "answer_timeout_s": 0.5})
+def connect(model: ArmModel, endpoint: str, *, timeout_s: float = 0.5) -> Driver:
+    options = Table({"router": endpoint, "domain": 7, "answer_timeout_s": timeout_s})
     return load_driver("ros2", link=DriverLink(bus=MemoryBus(SystemClock()), model=model, options=options))
 
 
@@ -56,6 +58,18 @@ def test_a_missing_router_is_named(model: ArmModel) -> None:
 def test_a_missing_controller_is_named(model: ArmModel) -> None:
     with router() as endpoint, pytest.raises(UserError, match="listens to /joint_trajectory_controller"):
         connect(model, endpoint)
+
+
+def test_a_controller_that_shows_up_late_is_waited_for(model: ArmModel) -> None:
+    with router() as endpoint:
+        robots = list[Ros2Robot]()
+        late = threading.Timer(1.0, lambda: robots.append(Ros2Robot(model, endpoint=endpoint)))
+        late.start()
+        driver = connect(model, endpoint, timeout_s=PATIENCE_S)
+        late.join()
+        driver.close()
+        for robot in robots:
+            robot.close()
 
 
 def test_a_controller_of_another_ros_is_named(model: ArmModel) -> None:
