@@ -154,11 +154,13 @@ def _how_much(effect: EffectFound) -> str:
 def _fit(diagnosis: Diagnosis) -> Text:
     """Returns the fit to unseen runs before and after, in robust figures with standard errors, if there are any."""
     fit = diagnosis.fit
+    # A simulator's own paths, which stand beside these, have its friction; these have what the runs' onsets show.
+    paths = "median path error" + (" at each run's own level of friction" if fit.simulator_rerun else "")
     parts = [
         _number(f"log score {{}} a {singular(diagnosis)}", fit.log_score_gain, fit.gain_se, sign=True),
         _number(as_expected("{}"), fit.gap_closed, fit.gap_closed_se),
         _change(fit, "onset_median_deg", "median onset error", "°"),
-        _change(fit, "path_median_mm", "median path error", " mm"),
+        _change(fit, "path_median_mm", paths, " mm"),
         _change(fit, "turn_median_deg", "median yaw error", "°") if fit.changes("turn_median_deg") else "",
         _change(fit, "coverage90", "90 % intervals hold", " of the onsets"),
     ]

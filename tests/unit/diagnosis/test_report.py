@@ -328,6 +328,11 @@ def test_one_thing_has_one_name_on_the_terminal_and_in_the_report() -> None:
     printed = as_text([summary(found)])
     assert "median path error 1.14" in " ".join(printed.split())
     assert "the median path error stays at 1.14 mm" in headline(found)
+    own = {"engine": "my.py", "runs": 3, "before": {"path_median_mm": 35.0, "path_rmse_mm": 36.0, "se": {}}}
+    beside = replace(found, fit=replace(found.fit, simulator_rerun=own))
+    said = " ".join(as_text([summary(beside)]).split())
+    assert "median path error at each run's own level of friction 1.14" in said
+    assert "path error, median and rms 35" in said
     wanted = "The recording shows either object_anisotropy, plate_anisotropy or a change with the"
     assert wanted in " ".join(printed.split())
     assert ", which a simulation with one constant friction leaves out." in sentence(found)
