@@ -116,7 +116,7 @@ def _parts(time_s: Array) -> list[slice]:
 
 @dataclass(frozen=True, eq=False)
 class _Late:
-    """A form of late rates: its delay and standard error, s, the rates (n, 3) without it, and what they miss."""
+    """A form of late rates: its delay and standard error, s, the rates (n, 3) without it, and the squares they miss."""
 
     delay_s: float
     sd_s: float
@@ -125,14 +125,14 @@ class _Late:
 
 
 def _late(form: Form, time_s: Array, gravity: Array, recorded: Array, parts: Sequence[slice]) -> _Late:
-    delay_s, sd_s = 0.0, np.inf
+    delay_s, sd_s, left = 0.0, np.inf, np.inf
     for _ in range(ROUNDS):
         rate, by_delay = form(time_s, recorded, delay_s, parts)
         level, _ = _level(time_s, gravity, rate, parts)
         keeps, missed = _predicted(level, parts)
         step_s, sd_s = _regressed(missed, _missed(-cross(by_delay, gravity)[:, :2], keeps, parts))
-        delay_s += step_s
-    return _Late(delay_s, sd_s, form(time_s, recorded, delay_s, parts)[0], float(np.square(missed).sum()))
+        delay_s, left = delay_s + step_s, float(np.square(missed).sum())
+    return _Late(delay_s, sd_s, form(time_s, recorded, delay_s, parts)[0], left)
 
 
 def _filtered(time_s: Array, level: Array, slope: Array, parts: Sequence[slice]) -> Array:
