@@ -54,6 +54,10 @@ def _polish(true: Values, _truth: Truth, _rig: RigConfig) -> Values:
     return {"fall": lost / (rest + lost), "runs": true["polish_runs"]}
 
 
+def _direct(true: Values, _truth: Truth, _rig: RigConfig) -> Values:
+    return {"per_e_fold": true["direct"], "slower_decades": -1.0 - math.log10(true["direct_speed"])}
+
+
 def _bend(true: Values, _truth: Truth, rig: RigConfig) -> Values:
     nearer = 1.0 - rig.block.size_m[2] / (1e-3 * rig.camera.height_mm)
     shift = true["bend_px"] * nearer / (1e3 * rig.camera.px_per_mm)
@@ -70,6 +74,7 @@ def _leaning(true: Values, _truth: Truth, _rig: RigConfig) -> Values:
 
 EXACT: Mapping[str, Map] = {
     "stribeck": Map(_numbers(drop="weak_drop", speed_m_s="weak_speed"), "Bo and Pavelka's fall, the law with tail 0"),
+    "rate_strengthening": Map(_direct, "asinh(v / 2 v0), the law with both_ways 1; the speed in decades below 0.1 m/s"),
     "viscous": Map(_numbers(drag_n_s_m="film"), "the same force", at_its_mass),
     "wear": Map(_polish, "the same exponential, one run later"),
     "one_way_friction": Map(_nap, "the same share, by the way that the bristles bend"),
@@ -89,7 +94,6 @@ EXACT: Mapping[str, Map] = {
 }
 INEXACT: Mapping[str, str] = {
     "kinetic_drop": "slip weakening, over some micrometres",
-    "rate_strengthening": "asinh in place of a logarithm with a cut-off",
     "contact_aging": "contacts are renewed by slip as well",
     "presliding": "elasto-plastic bristles",
     "friction_patch": "spots or a random field there, a series here",

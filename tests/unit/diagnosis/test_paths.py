@@ -29,7 +29,7 @@ LAWS: dict[str, Friction] = {
 STARTS = {
     "kinetic_drop": {"drop": 0.03},
     "stribeck": {"drop": 0.03, "speed_m_s": 0.02, "exponent": 1.0, "tail": 1.0},
-    "rate_strengthening": {"per_e_fold": -0.003, "slower_decades": 3.0, "creep_share": 0.0},
+    "rate_strengthening": {"per_e_fold": -0.003, "slower_decades": 3.0, "both_ways": 0.0, "creep_share": 0.0},
 }
 
 

@@ -154,7 +154,9 @@ def test_masses_that_varied_leave_no_shape_open() -> None:
 
 def test_other_loads_promise_less_where_the_drag_may_grow_with_the_load() -> None:
     bench, beside = Bench(recorded=on_paper(paper(), mu_s=0.4)), Model(mu_s=0.4)
-    rate = Term(KNOWN["rate_strengthening"], {"per_e_fold": 0.016, "slower_decades": 1.0, "creep_share": 0.0})
+    rate = Term(
+        KNOWN["rate_strengthening"], {"per_e_fold": 0.016, "slower_decades": 1.0, "both_ways": 0.0, "creep_share": 0.0}
+    )
     known = question(VISCOUS, rate)
     opened = replace(known, rivals=(*open_shapes(bench.recorded.evidence, beside, known.rivals[0]), known.rivals[1]))
     loads = next(change for change in SINGLE if change.factor == "mass")

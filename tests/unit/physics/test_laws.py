@@ -166,6 +166,20 @@ def test_rate_begins_at_the_static_friction_and_grows_by_e_folds() -> None:
     assert factor[3] - factor[2] == pytest.approx(0.02, rel=1e-3)
 
 
+def test_activated_slips_that_go_both_ways_halve_the_slope_at_rest_and_change_nothing_far_above() -> None:
+    """asinh(v / 2 v0), the regularised law of rate and state."""
+    cut_off = 0.1 * 10.0**-2.5
+    speeds = np.array([0.0, 1e-4, 1.0, 2.0, 1e4]) * cut_off
+    state = contacts(5, moving=True, speed_m_s=speeds)
+    one, both = (
+        said("rate_strengthening", "friction", state, per_e_fold=0.02, slower_decades=2.5, both_ways=share)
+        for share in (0.0, 1.0)
+    )
+    np.testing.assert_allclose(both, 1.0 + 0.02 * np.arcsinh(speeds / (2.0 * cut_off)), rtol=1e-12)
+    assert (both[1] - 1.0) / (one[1] - 1.0) == pytest.approx(0.5, rel=1e-3)
+    assert both[4] == pytest.approx(one[4], abs=1e-5)
+
+
 def test_friction_that_grows_with_the_speed_creeps_below_its_limit_and_goes_on_as_it_slides() -> None:
     """The logarithm without its 1 + is mu_s (1 + a ln(v / v0)) at all speeds: at 3 e-folds below the limit v0 / e³."""
     spare, cut_off, size = np.array([0.01, 0.06, 0.5]), 1e-3, 0.02
