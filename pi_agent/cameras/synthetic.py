@@ -44,7 +44,7 @@ class SyntheticCamera:
         self._came = threading.Event()
         self._scenes: deque[TwinScene] = deque(maxlen=KEPT_SCENES)
         self._view: SyntheticView | None = None
-        self._start_ns = self._last_scene_ns = 0
+        self._start_ns = self._last_scene_ns = self._capture_ns = 0
         self._seq, self._dropped = -1, 0
         self._waiting = True
         context.bus.subscribe("truth/scene", self._take, direct=True)
@@ -58,6 +58,7 @@ class SyntheticCamera:
         if self._view is None:
             self._view = SyntheticView(self._rig, rng=np.random.default_rng(self._options.seed), options=self._options)
         self._start_ns = self._last_scene_ns = self._clock.now_ns()
+        self._capture_ns = 0
         self._seq, self._dropped, self._waiting = -1, 0, True
         return self._view.info
 
@@ -74,7 +75,7 @@ class SyntheticCamera:
             capture_ns = self._next_tick()
             scenes = self._scenes_about(capture_ns)
             if scenes:
-                capture_ns = self._moment_of(scenes[-1], capture_ns)
+                self._capture_ns = capture_ns = self._moment_of(scenes[-1], capture_ns)
                 self._waiting = False
                 image = self._view.frame(scenes[-1], capture_ns, before=scenes[:-1])
                 return Frame(image, capture_ns, self._seq, self._dropped)
@@ -107,13 +108,13 @@ class SyntheticCamera:
         return capture_ns
 
     def _moment_of(self, scene: TwinScene, due_ns: int) -> int:
-        """Returns the frame's moment: its scene's, if that came in time.
+        """Returns the frame's moment: its scene's, if that came in time and is none of the frame before.
 
         The first frames set the phase by their scenes.
         """
         period_ns = 1e9 / self._rig.camera.rate_hz
-        if abs(scene.stamp_ns - due_ns) > 0.75 * period_ns:
-            return due_ns
+        if abs(scene.stamp_ns - due_ns) > 0.75 * period_ns or scene.stamp_ns <= self._capture_ns:
+            return max(due_ns, self._capture_ns + 1)
         if self._waiting:
             self._start_ns += scene.stamp_ns - due_ns
         return scene.stamp_ns
