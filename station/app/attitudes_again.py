@@ -17,8 +17,8 @@ from station.rig.placed_arm import PlacedArm
 
 NUMBERS = ("qw", "qx", "qy", "qz", "wx", "wy", "wz", "px", "py", "pz")
 SAME = 1e-9
-"""Numbers of the same joints agree within this (parts of a quaternion, rad/s, m): so far do processors agree, and a
-hundred-thousandth of a pixel is more (`pytest tests/unit/app/test_verify_attitudes.py` prints what a session has)."""
+"""Numbers of the same joints agree within this (parts of a quaternion, rad/s, m): processors agree so far, and it moves
+no corner by a hundred-thousandth of a pixel (`pytest -s tests/unit/app/test_verify_attitudes.py` prints 7e-15)."""
 AT_ONCE = 4096
 """Attitudes that are derived together."""
 WAITING = 6000

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -58,12 +58,7 @@ def _of_csv(path: Path, what: str) -> Cells:
             lines = filter(None, csv.reader(file, delimiter=separator))
             header = [name.strip() for name in next(lines, [])]
             _require_once(header, path)
-            rows: list[list[str]] = []
-            for row in lines:
-                rows.append(row)
-                _require_whole(row, len(header), separator, f"{path}, row {len(rows)}")
-                if len(rows) * len(header) > MOST_CELLS:
-                    raise UserError(f"Expected at most {MOST_CELLS} cells in {path}, it holds more; split the table")
+            rows = list(_whole(lines, len(header), separator, path))
     except (UnicodeDecodeError, csv.Error) as error:
         raise UserError(f"Expected a CSV table of {what}, but {path} is not one ({error})") from error
     cell = _with_point if separator == ";" else str
@@ -81,12 +76,17 @@ def _require_once(header: Sequence[str], path: Path) -> None:
         raise UserError(f"Expected each column once in {path}, got '{twice}' {header.count(twice)} times; rename one")
 
 
-def _require_whole(row: Sequence[str], columns: int, separator: str, where: str) -> None:
-    if len(row) != columns:
-        raise UserError(
-            f"{where}: expected {columns} cells between {_SEPARATORS[separator]}, as many as there are columns, got "
-            f"{len(row)}{_DECIMALS if separator == ',' else ''}"
-        )
+def _whole(lines: Iterable[list[str]], columns: int, separator: str, path: Path) -> Iterator[list[str]]:
+    """Yields the rows as they are read; refuses one of another length, and more than fit into memory."""
+    for number, row in enumerate(lines, start=1):
+        if len(row) != columns:
+            raise UserError(
+                f"{path}, row {number}: expected {columns} cells between {_SEPARATORS[separator]}, as many as there "
+                f"are columns, got {len(row)}{_DECIMALS if separator == ',' else ''}"
+            )
+        if number * columns > MOST_CELLS:
+            raise UserError(f"Expected at most {MOST_CELLS} cells in {path}, it holds more; split the table")
+        yield row
 
 
 def _with_point(cell: str) -> str:
@@ -116,12 +116,7 @@ class _ParquetCells(Mapping[str, Sequence[Any]]):
             raise KeyError(name)
         try:
             return self._table.column(name).to_pylist()
-        except (
-            pa.ArrowException,
-            ValueError,
-            OverflowError,
-            KeyError,
-        ) as error:  # a KeyError tells of two columns of this name
+        except (pa.ArrowException, ValueError, OverflowError) as error:
             raise UserError(f"Expected numbers or texts in the column '{name}' of {self._path}: {error}") from error
 
     def __contains__(self, name: object) -> bool:

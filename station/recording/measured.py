@@ -10,9 +10,9 @@ from types import MappingProxyType
 import numpy as np
 
 from shared.errors import UserError
-from station.recording.cells import cells_of, numbers_of
+from station.recording.cells import numbers_of
 from station.recording.likely_friction import refuse_unlikely_friction
-from station.recording.tables import LENGTHS, REQUIRED, known_columns, read_samples
+from station.recording.tables import LENGTHS, REQUIRED, known_columns, samples_in, table_of
 from station.signals.measured import Column, Measured
 
 COEFFICIENT, FORCE, LOAD = "friction_coefficient", "friction_force_n", "normal_load_n"
@@ -48,12 +48,12 @@ def read_measured(path: Path) -> Measured:
         UserError: if the file is missing, of another kind, lacks what friction is read from, or holds something that is
             no number or mostly in another unit.
     """
-    samples = read_samples(path, one_of=ONE_OF)
+    columns = table_of(path, one_of=ONE_OF)
+    samples = samples_in(columns, path)
     if len(samples) > MOST_ROWS:
         raise UserError(
             f"Expected at most {MOST_ROWS} measurements in {path}, it holds {len(samples)}; split the table"
         )
-    columns = cells_of(path, what="measurements")
     more = {
         name: numbers_of(columns[name], name, path, least=least) for name, least in NUMBERS.items() if name in columns
     }

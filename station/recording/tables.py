@@ -65,15 +65,32 @@ def read_samples(path: Path, *, one_of: Collection[str] = (REQUIRED,)) -> tuple[
     """
     if path.suffix == ".mcap":
         return open_recording(path).samples()
-    read = {".csv": _read_csv, ".parquet": _read_parquet}.get(path.suffix)
-    if read is None:
+    return samples_in(table_of(path, one_of=one_of), path)
+
+
+def table_of(path: Path, *, one_of: Collection[str]) -> Cells:
+    """Reads the cells of a table of samples (.csv, .parquet), which must have one of some columns.
+
+    Raises:
+        UserError: if the file is missing, of another kind, or lacks these columns.
+    """
+    if path.suffix not in (".csv", ".parquet"):
         raise UserError(f"Expected samples in a .csv, .parquet or .mcap file, got '{path.name}'")
     try:
         cells = cells_of(path, what="samples")
     except OSError as error:
         raise UserError(f"Expected a table of samples at {path}, but it cannot be read: {error}") from error
     _require(list(cells), path, one_of)
-    return read(cells, path)
+    return cells
+
+
+def samples_in(cells: Cells, path: Path) -> tuple[Sample, ...]:
+    """Returns the samples in the cells of the table at `path`.
+
+    Raises:
+        UserError: if a cell holds something that is no number.
+    """
+    return _read_parquet(cells, path) if path.suffix == ".parquet" else _read_csv(cells, path)
 
 
 # --- Parquet ---------------------------------------------------------------------------------------------------------

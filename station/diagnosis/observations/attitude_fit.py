@@ -96,8 +96,7 @@ def fitted(time_s: Array, gravity: Array, rate_rad_s: Array) -> AttitudeFit:
     wrong = _wrong(smooth, slope, time_s, parts)
     return AttitudeFit(
         gravity=whole,
-        # The plate keeps them by columns, and so they are not copied there.
-        rate_rad_s=np.asfortranarray(late.rate + _turning(time_s, wrong * smooth + filtered, whole, parts)),
+        rate_rad_s=late.rate + _turning(time_s, wrong * smooth + filtered, whole, parts),
         sigma_rad=noise * np.sqrt(own),
         noise_rad=noise,
         keeps=keeps,

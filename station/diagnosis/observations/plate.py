@@ -115,22 +115,22 @@ class PlateMotion:
         known = attitude.known()
         self._origin = int(known.time_ns[0]) if len(known) else 0
         self._time_s: Array = np.asarray((known.time_ns - self._origin) * 1e-9, dtype=np.float64)
-        rate, gravity = _rate(known, self._time_s), known.gravity
-        self.fit = fitted(self._time_s, gravity, rate) if len(known) > 2 else None
+        rate, read = _rate(known, self._time_s), known.gravity
+        gravity = read
+        self.fit = fitted(self._time_s, read, rate) if len(known) > 2 else None
         if self.fit is not None:
             rate, gravity = self.fit.rate_rad_s, self.fit.gravity
-        # They are stored by columns: interpolation would copy each strided one, a whole session, at every call.
-        columns, slopes = np.ascontiguousarray(rate.T), spline_slopes(self._time_s, rate)
+        slopes = spline_slopes(self._time_s, rate)
         self._rates = Cubics(self._time_s, rate, slopes.__getitem__)
-        self._gravity = Cubics(self._time_s, gravity, partial(_turning, gravity, columns)) if len(known) > 1 else None
-        recorded = Cubics(self._time_s, known.gravity, partial(_turning, known.gravity, columns))
-        self._swing = self._swinging(recorded, slopes)
+        self._gravity = Cubics(self._time_s, gravity, partial(_turning, gravity, rate)) if len(known) > 1 else None
+        self._swing = self._swinging(Cubics(self._time_s, read, partial(_turning, read, rate)), slopes)
         tilt = np.arccos(np.clip(-gravity[:, 2], -1.0, 1.0)) if len(known) else np.zeros(0)
         self._rising = rising(self._time_s, tilt, self._time_s) if len(known) > 2 else np.ones(len(known))
         # The arm comes down to a level plate.
         self._turned_rad, self._swing_rad = turned_at(tilt, self._rising, before_rad=0.0)
         self._steps_ns = np.sort(motions.time_ns)
         pivot = pivot_in_plate(known, self._time_s)
+        # By columns: interpolation would copy each strided one, a whole session, at every call.
         self._pivot = None if pivot is None else np.ascontiguousarray(pivot.T)
 
     def __len__(self) -> int:
@@ -264,8 +264,8 @@ def _rate(known: AttitudeTrack, time_s: Array) -> Array:
 
 
 def _turning(gravity: Array, rates: Array, indices: Indices) -> Array:
-    """Returns the change (m, 3), 1/s, of gravity (n, 3) by the rates (3, n) at some of the readings."""
-    return -cross(rates[:, indices].T, gravity[indices])
+    """Returns the change (m, 3), 1/s, of gravity (n, 3) by the rates (n, 3) at some of the readings."""
+    return -cross(rates[indices], gravity[indices])
 
 
 def _interpolated(seconds: Array, time_s: Array, columns: Array) -> Array:

@@ -25,12 +25,13 @@ ORDER = 4
 .59 as they are (`pytest -s tests/unit/diagnosis/test_rate_noise.py` prints it)."""
 CLEAR, WINDOW = 4.0, 11
 """The plate is accelerated where the mean square of WINDOW steps of the rates (0.1 s) is CLEAR times that of the noise;
-with half as much or twice as much the penalty changes by a half and the accelerations by a tenth of their error."""
+half as much or twice as much changes the accelerations' error by a hundredth
+(`pytest -s tests/unit/diagnosis/test_rate_noise.py -k accelerated` prints it)."""
 STRETCH, QUIET, OF_NOISE = 10, 0.1, 0.542
 """The plate rests in one of ten stretches of 10 readings (0.1 s): it dwells for longer in every run. Of noise alone the
 quantile QUIET of the stretches' mean squares is OF_NOISE times their mean (by 200 000 that were drawn)."""
 LOG_PENALTIES = (-12.0, 8.0)
-"""Bounds of the penalty's log: from nothing, to what would smooth over half a second."""
+"""Bounds of the penalty's log: from nothing, to what leaves of 100 readings a second only what is slower than 6 Hz."""
 ENOUGH = 200_000
 """The penalty is found by this many readings: more do not tell it better."""
 

@@ -66,6 +66,15 @@ def test_the_penalty_is_near_the_best() -> None:
     assert acceleration_error(without_noise(rate)) < 1.15 * best
 
 
+@pytest.mark.parametrize("clear", [2.0, 8.0])
+def test_where_the_plate_counts_as_accelerated_matters_little(clear: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = acceleration_error(without_noise(noisy(5e-3)))
+    monkeypatch.setattr(rate_noise, "CLEAR", clear)
+    after = acceleration_error(without_noise(noisy(5e-3)))
+    print(f"\nCLEAR {clear:g}: {after:.3f} rad/s^2, {before:.3f} as it is")
+    assert after == pytest.approx(before, rel=0.15)
+
+
 def test_exact_rates_stay_as_they_are() -> None:
     rate = ringing_rate()
     assert without_noise(rate) is rate
