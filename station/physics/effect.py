@@ -112,6 +112,11 @@ class Effect(ABC):
         del contact, values
         return None
 
+    def motion(self, contact: Contact, values: Values) -> Array | None:
+        """Gives the plate's own rate, rad/s, and acceleration, rad/s², less the reported ones (n, 2, 3), in P."""
+        del contact, values
+        return None
+
     def delay_s(self, values: Values) -> float:
         """Returns the delay of the camera's stamps, s: how much later than the truth they read."""
         del values
@@ -218,7 +223,9 @@ class Effect(ABC):
         return None
 
 
-HOOKS = ("friction", "push", "spin", "lever", "lead", "attitude", "delay_s", "creep", "seen", "shaking", "mass")
+HOOKS = (
+    "friction", "push", "spin", "lever", "lead", "attitude", "motion", "delay_s", "creep", "seen", "shaking", "mass",
+)  # fmt: skip
 
 
 @functools.cache

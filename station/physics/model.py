@@ -115,6 +115,11 @@ class Model:
         turns = (term.effect.attitude(contact, term.values) for term in self.acting("attitude"))
         return _sum(turns, (len(contact), 3))
 
+    def motion(self, contact: Contact) -> tuple[Array, Array]:
+        """Returns the plate's own rate, rad/s, and acceleration, rad/s² (n, 3) each."""
+        moved = _sum((term.effect.motion(contact, term.values) for term in self.acting("motion")), (len(contact), 2, 3))
+        return contact.rate_rad_s + moved[:, 0], contact.acceleration_rad_s2 + moved[:, 1]
+
     def creep(self, contact: Contact) -> Array:
         """Returns the sum of the velocities below the onset (n, 2), m/s."""
         creeping = self.acting("creep")

@@ -36,7 +36,7 @@ def contacts(count: int = 60, *, seed: int = 1, **fixed: Any) -> Contact:
         "rate_rad_s": 0.1 * turning[0],
         "acceleration_rad_s2": turning[1],
         "rising": rng.choice([-1.0, 1.0], count),
-        "gone_rad": rng.uniform(0.0, 1.2, count),
+        "gone_rad": 0.002 + 1.19 * rng.uniform(0.0, 1.0, count) ** 4,  # many have just turned round
         "swing_rad": rng.uniform(1.2, 1.4, (count, SWINGS)),
         "step_s": rng.uniform(0, 5, count),
         "mount_rad": rng.choice([0.0, np.pi / 4, np.pi / 2, np.pi], count),
@@ -104,6 +104,7 @@ def answer(effect: Effect, hook: str, values: Values, state: Any = None) -> Arra
         "push": (count, 3),
         "mass": (count, 3),
         "attitude": (count, 3),
+        "motion": (count, 2, 3),
         "creep": (count, 2),
         "seen": (count, 4, 2),
     }.get(hook, (count,))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Generic, TypeVar
 
@@ -21,8 +21,8 @@ LEAST_REST_S = 1e-3
 LEAST_M_S2 = 1e-3
 """The smallest press: a block that is lifted would have no friction to take a logarithm of."""
 
-LEANING = ("attitude", "delay_s")
-"""The methods of an effect that change how the plate stands."""
+LEANING = ("attitude", "motion", "delay_s")
+"""The methods of an effect that change how the plate stands and moves."""
 
 LOADING = (*LEANING, "push")
 """The methods of an effect that change how a block is loaded."""
@@ -122,6 +122,8 @@ class Moments:
     reported a plate at rest would have to be tilted for the same load. `rest_s` (n,), if given, replaces the time at
     rest, and `rest_s_at` gives it at other tilts (n,). Both must be what the protocol chose: the time up to the slip
     itself is longer where friction happens to be high, and friction would seem to grow with it.
+    `evened`, if given, makes of a model's own accelerations of the plate (n, 3), rad/s², those with the right means
+    over windows of moments.
     """
 
     def __init__(
@@ -142,6 +144,7 @@ class Moments:
         at_rest: bool = False,
         steeper_rad: Array | float = 0.0,
         delay_s: Callable[[Model], float] = Model.delay_s,
+        evened: Callable[[Model, Array], Array] | None = None,
     ) -> None:
         self.time_ns, self.run = time_ns, run
         self._facts, self._attitude = facts, attitude
@@ -154,6 +157,7 @@ class Moments:
         self._border = np.full(count, np.inf) if border_m is None else border_m
         self._rest_s, self._rest_s_at = rest_s, rest_s_at
         self._steeper_rad, self._at_rest, self._delay_s = steeper_rad, at_rest, delay_s
+        self._evened = evened
         self._plate = attitude(0.0)
         self._contact = self._contact_with(self._plate)
         self._inertial = self._inertial_on(self._plate)
@@ -215,6 +219,10 @@ class Moments:
         """The loads with the attitude as reported, and no push."""
         return self._plain
 
+    def standing(self, model: Model) -> Contact:
+        """Returns the contact as reported, by the model's delay earlier."""
+        return self._contact_with(self._earlier(model)[0]) if model.acting("delay_s") else self._contact
+
     def loads(self, model: Model) -> Load:
         """Returns the contact and its loads with the model's attitude, delay and pushes."""
         return self._latest(model)
@@ -228,10 +236,16 @@ class Moments:
 
     def _leans(self, model: Model) -> Load:
         """Returns the contact and its loads with the model's attitude and delay, and without its pushes."""
-        load, inertial = self._plain, self._inertial
+        plate, load, inertial = self._plate, self._plain, self._inertial
         if model.acting("delay_s"):
             plate, inertial = self._earlier(model)
             load = _load(self._contact_with(plate), inertial)
+        if model.acting("motion"):
+            rate, acceleration = model.motion(load.contact)
+            if self._evened is not None:
+                acceleration = self._evened(model, acceleration)
+            inertial = self._inertial_on(replace(plate, rate_rad_s=rate, acceleration_rad_s2=acceleration))
+            load = _load(load.contact.changed(rate_rad_s=rate, acceleration_rad_s2=acceleration), inertial)
         if model.acting("attitude"):
             load = _load(_turned(load.contact, model.attitude(load.contact)), inertial)
         return load

@@ -12,6 +12,7 @@ from station.diagnosis.observations.channel import Channel, rows_of
 from station.diagnosis.observations.directions import ExpectedDirections, expected_directions
 from station.diagnosis.observations.driving import driving
 from station.diagnosis.observations.expected_path import expected_path
+from station.diagnosis.observations.finer import Finer
 from station.diagnosis.observations.moments import Moments
 from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.observations.plate import PlateMotion, Times
@@ -60,6 +61,7 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
         slip_ns=np.repeat(np.array([track.slip_ns for track in tracks], dtype=np.int64), nodes),
         border_m=recorded.setting.free_m(pose),
         rest_s=np.repeat(recorded.dwell_by_tilt.typical()[runs], nodes),
+        evened=_finer(recorded).evened,
     )
     contact = moments.reported
     motion = Motion(
@@ -165,6 +167,19 @@ def _uneven(windows: Windows, plate: PlateMotion) -> Array:
         return (found.reshape(len(windows), len(nodes), 3) * weights[..., None]).sum(axis=1)
 
     return mean(FINE_NODES, windows["weight"]) - mean(NODES, WEIGHTS)
+
+
+def _finer(recorded: Recorded) -> Finer:
+    """Returns the windows at their fine nodes, for the plate's motion alone: the blocks stay at the plate's middle."""
+    windows, plate = recorded.free_windows, recorded.plate
+    time_ns = _moments_ns(windows, FINE_NODES)
+    moments = Moments(
+        time_ns=time_ns,
+        run=np.repeat(windows["run"], len(FINE_NODES)),
+        facts=recorded.facts,
+        attitude=lambda delay_s: plate.at(time_ns, delay_s=delay_s),
+    )
+    return Finer(moments, windows["weight"])
 
 
 def _moments_ns(windows: Windows, nodes: Array) -> Times:

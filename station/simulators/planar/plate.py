@@ -5,6 +5,7 @@ Between two knots gravity moves in P along a great circle: g(t) = g₀ cos Ωt +
 
 from __future__ import annotations
 
+from dataclasses import replace
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -55,6 +56,8 @@ class Plate:
         self.knots = commands.time_s.shape[1]
         self.step_begins = _step_begins(commands)
         first, last = commands.gravity[:, :-1], commands.gravity[:, 1:]
+        if model.acting("motion"):
+            self.commands = self._moved(model, first, last)
         if model.acting("attitude"):
             first, last = (self._turned(model, gravity, end) for gravity, end in ((first, 0), (last, 1)))
         self.table = self._tabled(first, last)
@@ -85,13 +88,20 @@ class Plate:
         table[Column.STEP_BEGIN] = self.step_begins
         return table.reshape(Column.COUNT, -1)
 
+    def _moved(self, model: Model, first: Array, last: Array) -> Commands:
+        """Returns the commands with the plate's own rates and accelerations, the means of those at both ends."""
+        both = [model.motion(self._contact(gravity, end)) for gravity, end in ((first, 0), (last, 1))]
+        rate, acceleration = (0.5 * (begin + end).reshape(first.shape) for begin, end in zip(*both, strict=True))
+        return replace(self.commands, rate_rad_s=rate, acceleration_rad_s2=acceleration)
+
     def _turned(self, model: Model, gravity: Array, end: int) -> Array:
         """Returns gravity (n, k−1, 3) in the plate as it truly stands."""
-        commands = self.commands
-        shape = gravity.shape[:2]
-        time_s = commands.time_s[:, end : end + shape[1]]
-        contact = _level_contact(commands, gravity.reshape(-1, 3), time_s, self.step_begins)
-        return seen_turned(gravity, model.attitude(contact).reshape(gravity.shape))
+        return seen_turned(gravity, model.attitude(self._contact(gravity, end)).reshape(gravity.shape))
+
+    def _contact(self, gravity: Array, end: int) -> Contact:
+        """Returns the contact at the first knots (`end` 0) or the last ones (1) of the stretches, flattened."""
+        time_s = self.commands.time_s[:, end : end + gravity.shape[1]]
+        return _level_contact(self.commands, gravity.reshape(-1, 3), time_s, self.step_begins)
 
 
 def gravity_at(stretch: Array, time_s: Array) -> Down:

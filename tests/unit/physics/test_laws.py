@@ -373,6 +373,29 @@ def test_a_plate_with_play_waits_until_it_is_taken_up() -> None:
     np.testing.assert_allclose(told + lag[:, 1], lies, atol=1e-12)
 
 
+def test_a_plate_with_play_moves_as_its_own_angle_does() -> None:
+    """Its rate is 0 while it waits; then it takes up the arm's, and its accelerations add up to that."""
+    time_s = np.linspace(0.0, 0.1, 2001)
+    gone = 2.0 * time_s**2 + 0.1 * time_s
+    state = at_rest(
+        2001,
+        tilt_rad=0.4 - gone,
+        rising=-1.0,
+        gone_rad=gone,
+        down_rad=0.0,
+        rate_rad_s=np.outer(4.0 * time_s + 0.1, [0.0, -1.0, 0.0]),
+        acceleration_rad_s2=np.tile([0.0, -4.0, 0.0], (2001, 1)),
+    )
+    moved = said("backlash", "motion", state, half_width_rad=0.005)
+    rate, acceleration = state.rate_rad_s + moved[:, 0], state.acceleration_rad_s2 + moved[:, 1]
+    waits = gone < 0.01
+    assert 0 < np.count_nonzero(waits) < 2001
+    np.testing.assert_array_equal(rate[waits], 0.0)
+    np.testing.assert_array_equal(acceleration[waits], 0.0)
+    np.testing.assert_allclose(rate[-1], state.rate_rad_s[-1])
+    np.testing.assert_allclose(np.trapezoid(acceleration, time_s, axis=0), rate[-1] - rate[0], rtol=1e-3, atol=1e-9)
+
+
 def test_a_pivot_below_the_block_throws_it_back() -> None:
     """0.1 m below, 1 rad/s² of growing tilt about y: 0.1 m/s² against the motion, and nothing at a steady rate."""
     state = at_rest(1)

@@ -133,7 +133,8 @@ _PARENT = """
 import sys, time
 from shared.system import processes
 child = processes.start([sys.executable, "-c", sys.argv[1]])
-print(child.pid, flush=True)
+sys.stdout.write(f"{child.pid}\\n")
+sys.stdout.flush()
 time.sleep(600)
 """
 _CHILD = """

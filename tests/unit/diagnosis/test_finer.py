@@ -1,0 +1,73 @@
+"""A plate that takes up the play of a reversal is seen by whole windows, and not only at their nodes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from station.diagnosis.observations.finer import Finer
+from station.diagnosis.observations.moments import Moments, RunFacts
+from station.diagnosis.observations.plate import Attitude, Times
+from station.diagnosis.observations.windows import FINE_NODES, NODES, WEIGHTS, weight_of
+from station.physics.catalogue import catalogue
+from station.physics.contact import Array
+from station.physics.model import Model, Term
+from station.physics.reversals import SWINGS
+
+HALF_RAD, SPEEDING_RAD_S2, TILT_RAD = 0.009, 4.0, 0.35
+TAKEN_UP_S = (4.0 * HALF_RAD / SPEEDING_RAD_S2) ** 0.5
+HALF_S = 0.045
+WITH_PLAY = Model(mu_s=0.36, terms=(Term(catalogue()["backlash"], {"half_width_rad": HALF_RAD}),))
+
+
+def plate_at(seconds: Array) -> Attitude:
+    """A plate that turns round at 0 s and comes down about −y, ever faster."""
+    since = np.maximum(seconds, 0.0)
+    gone, rate, zero = 0.5 * SPEEDING_RAD_S2 * since**2, SPEEDING_RAD_S2 * since, np.zeros(len(seconds))
+    tilt = TILT_RAD - gone
+    down = np.array([0.0, -1.0, 0.0])
+    return Attitude(
+        gravity=np.column_stack([np.sin(tilt), zero, -np.cos(tilt)]),
+        rate_rad_s=np.outer(rate, down),
+        acceleration_rad_s2=np.outer(np.where(seconds > 0.0, SPEEDING_RAD_S2, 0.0), down),
+        rising=np.where(seconds > 0.0, -1.0, 1.0),
+        gone_rad=np.where(seconds > 0.0, gone, np.inf),
+        swing_rad=np.full((len(seconds), SWINGS), np.inf),
+        step_s=since,
+    )
+
+
+def moments_at(seconds: Array, **more: object) -> Moments:
+    one = np.ones(1)
+    facts = RunFacts(
+        number=one, rest_ns=np.zeros(1, dtype=np.int64), mount_rad=one, mass_kg=one, area_m2=one, temperature_c=one,
+        relative_humidity=one,
+    )  # fmt: skip
+    time_ns: Times = np.round(seconds * 1e9).astype(np.int64)
+    run = np.zeros(len(seconds), dtype=np.int64)
+    return Moments(time_ns=time_ns, run=run, facts=facts, attitude=lambda late_s: plate_at(seconds - late_s), **more)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("late", np.linspace(-0.6, 0.6, 7))
+def test_a_window_has_the_whole_jump_of_the_rate(late: float) -> None:
+    """The mean acceleration of a window is that of the rate at its moments, wherever in it the play is taken up."""
+    middle = TAKEN_UP_S - late * HALF_S
+    weight = weight_of(np.linspace(-1.0, 1.0, 9))[None]
+    finer = Finer(moments_at(middle + HALF_S * FINE_NODES), weight)
+    nodes = moments_at(middle + HALF_S * NODES, evened=finer.evened)
+    mean = WEIGHTS @ nodes.loads(WITH_PLAY).contact.acceleration_rad_s2[:, 1]
+    # By parts: the weight vanishes at both ends, so the mean of an acceleration is that of -rate times its slope.
+    inside = np.linspace(-1.0, 1.0, 4001)
+    time_s = middle + HALF_S * inside
+    density = np.interp(inside, FINE_NODES, weight[0])
+    density /= np.trapezoid(density, time_s)
+    rate = moments_at(time_s).loads(WITH_PLAY).contact.rate_rad_s[:, 1]
+    jump = -float(np.trapezoid(rate * np.gradient(density, time_s), time_s))
+    assert mean == pytest.approx(jump, rel=0.05)
+
+
+def test_a_plate_without_play_is_as_reported() -> None:
+    plain = moments_at(0.05 + HALF_S * NODES)
+    np.testing.assert_array_equal(
+        plain.loads(Model(mu_s=0.36)).contact.acceleration_rad_s2, plain.reported.acceleration_rad_s2
+    )
