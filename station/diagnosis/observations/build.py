@@ -25,6 +25,7 @@ from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.slide_rows import slide_channels
 from station.diagnosis.observations.slide_tracks import slide_tracks
 from station.diagnosis.observations.slips import Reread, reread
+from station.diagnosis.observations.slow_slides import slow_slides
 from station.diagnosis.observations.tips import tips_of
 from station.diagnosis.observations.tracks import RunTrack, run_tracks
 from station.diagnosis.observations.windows import windows_of
@@ -47,6 +48,7 @@ class Recorded:
         self.tracks = self.reread.tracks
         self.facts = facts_of([track.sample for track in self.tracks], setting)
         self.dwell_by_tilt = dwell_by_tilt(self.tracks, self.facts.rest_ns, self.plate)
+        self.slow_slides = slow_slides(self)
         self.windows = windows_of(self.tracks, setting)
         self.free_windows = self.windows[self.windows["free_m"] > thresholds.FREE_M]
 

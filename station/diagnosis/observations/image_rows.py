@@ -19,6 +19,7 @@ from station.diagnosis.observations.plate import Times
 from station.diagnosis.observations.shape import Shape
 from station.diagnosis.observations.starts import leans
 from station.diagnosis.observations.stretches import (
+    BEFORE_SLIP_NS,
     LEAST_FRAMES,
     STRETCH,
     Stretches,
@@ -36,8 +37,6 @@ from station.physics.covariates import covariates_of
 
 if TYPE_CHECKING:
     from station.diagnosis.observations.build import Recorded
-
-BEFORE_SLIP_NS = 30_000_000
 
 FIXED = np.dtype(
     [
@@ -65,7 +64,18 @@ def rest_channel(recorded: Recorded) -> Sequence[Channel]:
     rows = rows_of(columns, {**known, "tilt": view.tilt_rad})
     limit_rad = np.repeat(view.limit_rad, CREEP_POINTS)
     down_m = (moved * view.down).sum(axis=1)
-    return [Rest(rows, down_m, view=view, start=level, creeping=creeping, creep_s=creep_s, limit_rad=limit_rad)]
+    return [
+        Rest(
+            rows,
+            down_m,
+            view=view,
+            start=level,
+            creeping=creeping,
+            creep_s=creep_s,
+            limit_rad=limit_rad,
+            slow=recorded.slow_slides,
+        )
+    ]
 
 
 def _resting(recorded: Recorded, run: int, track: RunTrack) -> Iterator[tuple[Any, Any]]:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import REST, Channel, Rows
 from station.diagnosis.observations.moments import Latest, Moments
+from station.diagnosis.observations.slow_slides import SlowSlides
 from station.physics.contact import Array, View, middle
 from station.physics.model import Model
 
@@ -87,21 +89,40 @@ class Rest(PlateMarks):
         creeping: Moments,
         creep_s: Array,
         limit_rad: Array,
+        slow: SlowSlides | None = None,
     ) -> None:
         super().__init__(rows, moved_m, view, start)
         resting = creeping.reported
         holds = np.tan(limit_rad) * resting.pressing_m_s2
         self._resting, self._creep_s = replace(resting, spare_m_s2=holds - resting.pulling_m_s2), creep_s
         self._crept = Latest(self._crept_under, ("creep",))
+        self._slid = Latest(partial(self._slid_slowly, slow), ("friction",)) if slow is not None else None
 
     def _predicted(self, model: Model) -> Array:
         moved = super()._predicted(model)
-        return moved + self._crept(model) if model.acting("creep") else moved
+        if model.acting("creep"):
+            moved = moved + self._crept(model)
+        return moved if self._slid is None else moved + self._slid(model)
 
     def _crept_under(self, model: Model) -> Array:
         """Returns the creep's part of the predicted motion (n, 2), m."""
         velocity = model.creep(self._resting).reshape(len(self), CREEP_POINTS, 2)
         return np.einsum("nki,nk->ni", velocity, self._creep_s)
+
+    def _slid_slowly(self, slow: SlowSlides, model: Model) -> Array:
+        """Returns the part (n, 2), m, of blocks that slid slowly before their slips."""
+        found, resting = np.zeros((len(self), 2)), self._resting
+        tilt_rad, down = resting.tilt_rad.reshape(-1, CREEP_POINTS), resting.down.reshape(-1, CREEP_POINTS, 2)
+        for row, run in enumerate(slow.runs.tolist()):
+            rows = self.rows.run == run
+            speed = slow.speed_m_s(model, row, tilt_rad[rows])
+            found[rows] = np.einsum("nk,nki->ni", self._creep_s[rows] * speed, down[rows])
+        return found
+
+    @property
+    def hooks(self) -> frozenset[str]:
+        """The methods of `Effect` that can change the channel: friction too, if blocks slid slowly before slips."""
+        return super().hooks if self._slid is None else super().hooks | {"friction"}
 
 
 class Sensor(Channel):

@@ -70,7 +70,7 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
             **memory_of(runs, contact.down_rad, recorded.tracks),
         },
     )
-    return [Onsets(rows, moments, released(recorded, runs))]
+    return [Onsets(rows, moments, released(recorded, runs), recorded.slow_slides)]
 
 
 def _usable(track: RunTrack, recorded: Recorded) -> bool:

@@ -10,6 +10,7 @@ from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import ONSET, Channel, Rows
 from station.diagnosis.observations.moments import Load, Moments
 from station.diagnosis.observations.released import Released
+from station.diagnosis.observations.slow_slides import SlowSlides
 from station.physics.contact import Array, Contact
 from station.physics.dissipation import held_along, threshold
 from station.physics.model import Model
@@ -31,7 +32,8 @@ class Onsets(Channel):
     own friction has caused: a law that falls with the load, which falls with the tilt, would be fitted to the scatter.
     So would a law of the time at rest, which goes on while the plate tilts.
 
-    What a model pushes in time with the plate's motion changes the recorded friction of the slips that were re-read.
+    What a model pushes in time with the plate's motion changes the recorded friction of the slips that were re-read,
+    and a block that slid slowly before its slip had the friction of that speed.
     """
 
     name: str = ONSET
@@ -42,9 +44,11 @@ class Onsets(Channel):
     frictional: bool = True
     trusted: float = thresholds.FRICTION_TRUSTED
 
-    def __init__(self, rows: Rows, moments: Moments, released: Released | None = None) -> None:
+    def __init__(
+        self, rows: Rows, moments: Moments, released: Released | None = None, slow: SlowSlides | None = None
+    ) -> None:
         super().__init__(rows)
-        self.moments, self._released = moments, released
+        self.moments, self._released, self._slow = moments, released, slow
         self._typical = _Expected(moments.tilted(float(np.median(moments.reported.tilt_rad))))
         self._recorded = moments.tilted(moments.reported.tilt_rad)
         plain = moments.plain
@@ -99,7 +103,9 @@ class Onsets(Channel):
         return self._last_run_effect[1]
 
     def _log_moved(self, model: Model) -> Array | float:
-        return 0.0 if self._released is None else self._released.log_moved(model)
+        """Returns what the log friction (n,) of an onset is above the recorded one of a block at rest."""
+        moved = 0.0 if self._released is None else self._released.log_moved(model)
+        return moved if self._slow is None else moved - self._slow.log_grown_of(model, self.rows.run)
 
     def shaking(self, model: Model) -> Array:
         """Returns the standard deviation (n,) of the residual by the model's random pushes."""

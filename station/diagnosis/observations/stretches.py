@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 STRETCHES = 4
 """The stretches of a tilt."""
 
+BEFORE_SLIP_NS = 30_000_000
+"""A block is seen at rest until so long before a slip as read, which is off by about as much, ns."""
+
 LEAST_FRAMES = 3
 DEGREE = 3
 """The degree of a path in one stretch: its pull changes with the tilt, about evenly (see `mean_slopes`)."""
