@@ -43,7 +43,7 @@ class HealthPart:
             self._canvas.log(entities.EVENTS, rr.TextLog(f"camera: {text}", level=level))
 
     def _on_clock(self, offset: ClockOffset) -> None:
-        path = entities.CLOCK + (offset.agent or "unnamed")
+        path = entities.named(entities.CLOCK, offset.agent)
         if path not in self._clocks:
             self._clocks.add(path)
             shade = colours.CORNERS[len(self._clocks) % len(colours.CORNERS)]

@@ -49,7 +49,7 @@ class TiltPart:
         self._canvas.curve(entities.COMMANDED, math.degrees(command.angle_rad))
 
     def _on_angle(self, reading: AngleReading) -> None:
-        path = entities.ANGLES + (reading.source or "unnamed")
+        path = entities.named(entities.ANGLES, reading.source)
         if path not in self._sources:
             self._sources.add(path)
             shade = colours.CORNERS[len(self._sources) % len(colours.CORNERS)]

@@ -80,7 +80,7 @@ class LogPart:
     def _on_log(self, line: Log) -> None:
         who = line.name or "unnamed"
         text = rr.TextLog(f"{who}: {line.message}", level=_LEVEL_NAMES.get(line.level, "INFO"))
-        self._canvas.log(entities.LOG + who.replace("/", "_"), text)
+        self._canvas.log(entities.named(entities.LOG, who), text)
 
     def _on_event(self, event: RunEvent) -> None:
         if event.reason:

@@ -132,6 +132,7 @@ TARGETS = (
     Target("recording: diagnose all", ".mcap", partial(_rewritten), command("diagnose", "{file}"), share=0.5),
     Target("recording: simulate", ".mcap", _rewritten, _simulate, share=0.5),
     Target("recording: replay", ".mcap", _rewritten, _for_replay, share=1.5),
+    Target("recording: analyze", ".mcap", _rewritten, command("analyze", "{file}", "--out", "analysis"), share=0.2),
     Target("recording: repair", ".mcap.partial", _damaged, _repair, share=0.7),
     Target("recording: repair rewritten", ".mcap.partial", _rewritten, _repair_rewritten, share=0.7),
 )

@@ -69,6 +69,13 @@ def test_every_topic_of_the_table_is_drawn_or_left_out_on_purpose() -> None:
     assert not NOT_SHOWN & drawn
 
 
+def test_a_name_with_odd_letters_is_one_entity(tmp_path: Path) -> None:
+    clock = m.ClockOffset(stamp_ns=NOW, agent="left/2", offset_ns=5)
+    (entity,) = (name for name in draw(tmp_path / "odd.rrd", ("clock", clock, NOW)) if "/health/clock/" in name)
+    assert entity.removeprefix("/health/clock/").replace("\\", "") == "left/2"
+    assert "/" not in entity.removeprefix("/health/clock/").replace("\\/", "")
+
+
 @pytest.mark.parametrize("topic", sorted(ONE_OF_EACH))
 def test_a_message_of_each_topic_makes_its_entity(topic: str, tmp_path: Path) -> None:
     message, entity = ONE_OF_EACH[topic]
