@@ -35,8 +35,9 @@ class Noise:
     """Standard deviations: `friction` is shared by onset and slide, `own` is each channel's random effect of a run.
 
     `factor` multiplies each channel's sigma, and `tail` is its degrees of freedom of Student's t. `group` is that of
-    groups of rows, and `wander` that of friction along a path, by channel. All are estimated anew with every model:
-    what a late clock does to a slide looks like wander to a model without it.
+    groups of rows, and `wander` that of friction along a path, by channel. `astray` is how much of what may lead rows
+    astray does so, from 0 to 1. All are estimated anew with every model: what a late clock does to a slide looks like
+    wander to a model without it.
     """
 
     friction: float
@@ -45,6 +46,7 @@ class Noise:
     tail: Mapping[str, float]
     group: Mapping[str, float] = field(default_factory=dict[str, float])
     wander: Mapping[str, Wander] = field(default_factory=dict[str, Wander])
+    astray: Mapping[str, float] = field(default_factory=dict[str, float])
 
     @property
     def scatter(self) -> float:
@@ -54,8 +56,8 @@ class Noise:
 
     def of_reading(self, channel: Channel) -> Array:
         """Returns the variance (n,) of the rows' own errors: of their reading, and of what else may shift them."""
-        rows = channel.rows
-        return (self.factor[channel.name] * rows.sigma) ** 2 + rows.astray**2
+        rows, share = channel.rows, self.astray.get(channel.name, 1.0)
+        return (self.factor[channel.name] * rows.sigma) ** 2 + (share * rows.astray) ** 2
 
     def at_most(self, other: Noise) -> Noise:
         """Returns the smaller of both standard deviations and factors, one by one; the tails and the wander stay."""
@@ -65,6 +67,7 @@ class Noise:
             own={name: min(own, other.own[name]) for name, own in self.own.items()},
             factor={name: min(factor, other.factor[name]) for name, factor in self.factor.items()},
             group={name: min(group, other.group[name]) for name, group in self.group.items()},
+            astray={name: min(share, other.astray[name]) for name, share in self.astray.items()},
         )
 
     def at_least(self, floor: Noise) -> Noise:
@@ -79,6 +82,7 @@ class Noise:
             tail=self.tail,
             group={name: max(group, floor.group.get(name, 0.0)) for name, group in self.group.items()},
             wander={**floor.wander, **larger},
+            astray={name: max(share, floor.astray.get(name, 0.0)) for name, share in self.astray.items()},
         )
 
 
@@ -110,7 +114,22 @@ def estimate_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
         own[ONSET] *= _censoring(residuals[ONSET][counted], onsets.rows.limit[counted])
     friction = _share(means, errors, own)
     tail = dict.fromkeys(own, thresholds.GAUSSIAN)
-    return Noise(friction=friction, own=own, factor=factor, tail=tail, wander=wandering)
+    astray = {channel.name: _astray(evidence, channel, residuals[channel.name]) for channel in evidence.channels}
+    return Noise(friction=friction, own=own, factor=factor, tail=tail, wander=wandering, astray=astray)
+
+
+def _astray(evidence: Evidence, channel: Channel, values: Array) -> float:
+    """Returns the share of what may lead a channel's rows astray that their residuals (n,) show, at most all of it.
+
+    Blocks that creep towards their limits for no told reason do so by orders of magnitude less in one session than in
+    another, and a law of creep explains little of what any creep might.
+    """
+    rows = channel.rows
+    far = (rows.astray > thresholds.CLIP * rows.sigma) & evidence.counted[rows.run]
+    if np.count_nonzero(far) < thresholds.LEAST_KNOWN:
+        return 1.0
+    shares = values[far] / rows.astray[far]
+    return min(float(np.sqrt(np.mean(np.square(clipped(shares, thresholds.CLIP, np.zeros(len(shares))))))), 1.0)
 
 
 def _factor(values: Array, sigma: Array, run: Times) -> float:

@@ -70,12 +70,35 @@ def test_no_other_channel_is_led_astray() -> None:
 
 
 def test_a_block_that_creeps_near_its_limit_changes_no_channel_s_noise() -> None:
-    """It creeps by 0.1 mm in all stretches in which it may have: the others tell how good the camera is."""
+    """It creeps by 0.1 mm in all stretches in which it may have: the others tell how good the camera is.
+
+    How much of what may have crept did so is a number of its own.
+    """
     still = residuals(seen(), PLAIN)
     near = resting().rows.astray > resting().rows.sigma
     assert near.sum() > 5
     crept = {**still, REST: still[REST] + 1e-4 * near}
-    assert estimate_noise(seen(), crept) == estimate_noise(seen(), still)
+    changed = estimate_noise(seen(), crept)
+    assert changed.astray[REST] > estimate_noise(seen(), still).astray[REST]
+    assert replace(changed, astray={}) == replace(estimate_noise(seen(), still), astray={})
+
+
+@pytest.mark.parametrize("share", [0.1, 0.4])
+def test_how_much_of_what_may_have_crept_did_so_is_estimated(share: float) -> None:
+    """A single block that slid long before its slip does not count for more than the others."""
+    still, astray = residuals(seen(), PLAIN), resting().rows.astray
+    for outlier in (1.0, 100.0):
+        crept = share * astray * np.where(np.arange(len(astray)) == np.argmax(astray), outlier, 1.0)
+        found = estimate_noise(seen(), {**still, REST: crept}).astray[REST]
+        assert share <= found < 2.0 * share
+
+
+def test_all_of_it_may_have_crept_where_nothing_tells() -> None:
+    """It is never more, and other channels have none."""
+    still, astray = residuals(seen(), PLAIN), resting().rows.astray
+    assert estimate_noise(seen(), {**still, REST: 5.0 * astray}).astray[REST] == 1.0
+    noise = estimate_noise(seen(), still)
+    assert all(noise.astray[channel.name] == 1.0 for channel in seen().channels if channel is not resting())
 
 
 def test_its_creep_is_measured_by_what_may_have_crept_alone() -> None:
@@ -83,7 +106,7 @@ def test_its_creep_is_measured_by_what_may_have_crept_alone() -> None:
     noise = estimate_noise(seen(), residuals(seen(), PLAIN))
     row = int(np.argmax(resting().rows.astray))
     for factor in (0.3, 3.0):
-        exact = replace(noise, factor={**noise.factor, REST: factor}, own={**noise.own, REST: 1e-9})
+        exact = replace(noise, factor={**noise.factor, REST: factor}, own={**noise.own, REST: 1e-9}, astray={REST: 1.0})
         assert _sigmas(exact, row, 1e-3) == pytest.approx(1e-3 / resting().rows.astray[row], rel=0.1)
 
 
