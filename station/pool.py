@@ -14,13 +14,16 @@ import time
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
+from multiprocessing import resource_tracker
 from typing import Any, TypeVar
 
 from joblib import Parallel, delayed, parallel_config
+from joblib.externals.loky.backend.resource_tracker import ensure_running
 from joblib.parallel import LokyBackend, get_active_backend
 from threadpoolctl import threadpool_limits
 
 from shared.system.processes import usable_processors
+from shared.system.signals import ctrl_c_held
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -70,7 +73,12 @@ def on_backend(name: str, **settings: Any) -> Generator[None]:
 def _here(work: Any, waiting: list[Any], jobs: int, in_order: bool) -> Generator[Any]:
     with parallel_config("loky", inner_max_num_threads=1, initializer=_begin, initargs=(os.getpid(),)):
         pool: Any = Parallel(n_jobs=jobs, return_as=_return_as(in_order))
-    return pool(delayed(work)(task) for task in waiting)
+    # A process that is still importing would answer Ctrl-C with a traceback. The trackers of shared memory, Python's and
+    # joblib's, are begun before: their start lets Ctrl-C through again.
+    resource_tracker.ensure_running()
+    ensure_running()
+    with ctrl_c_held():
+        return pool(delayed(work)(task) for task in waiting)
 
 
 def _elsewhere(backend: Any, work: Any, waiting: list[Any], in_order: bool) -> Generator[Any]:

@@ -39,3 +39,19 @@ def until_stopped() -> Generator[threading.Event]:
 
     with handling(handler):
         yield stopped
+
+
+@contextmanager
+def ctrl_c_held() -> Generator[None]:
+    """Holds Ctrl-C back within the block; processes and threads that are started in it never hear it.
+
+    Where a system cannot (Windows), nothing is held.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -53,6 +53,10 @@ def not_the_third(number: int) -> int:
     return number
 
 
+def holds_ctrl_c(_number: int) -> bool:
+    return signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+
+
 def write_its_name(path: Path) -> None:
     write_json(path, {"name": path.name})
 
@@ -159,6 +163,14 @@ def test_ctrl_c_ends_command_and_workers_in_one_word(slow: tuple[subprocess.Pope
     said, _ = command.communicate(timeout=PATIENCE_S)
     assert said == "Stopped.\n"
     _until(lambda: not any(_runs(worker) for worker in workers), "both workers gone")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals cannot be held back on this system")
+def test_workers_never_hear_ctrl_c_and_their_command_does():
+    """One that was still importing printed a traceback."""
+    with spread(holds_ctrl_c, range(4), jobs=2) as held:
+        assert all(held)
+    assert not holds_ctrl_c(0)
 
 
 def _until(done: Callable[[], bool], what: str) -> None:
