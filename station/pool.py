@@ -23,7 +23,7 @@ from joblib.parallel import LokyBackend, get_active_backend
 from threadpoolctl import threadpool_limits
 
 from shared.system.processes import usable_processors
-from shared.system.signals import ctrl_c_held
+from shared.system.signals import CAN_HOLD, ctrl_c_held
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -73,12 +73,22 @@ def on_backend(name: str, **settings: Any) -> Generator[None]:
 def _here(work: Any, waiting: list[Any], jobs: int, in_order: bool) -> Generator[Any]:
     with parallel_config("loky", inner_max_num_threads=1, initializer=_begin, initargs=(os.getpid(),)):
         pool: Any = Parallel(n_jobs=jobs, return_as=_return_as(in_order))
-    # A process that is still importing would answer Ctrl-C with a traceback. The trackers of shared memory, Python's and
-    # joblib's, are begun before: their start lets Ctrl-C through again.
-    resource_tracker.ensure_running()
-    ensure_running()
-    with ctrl_c_held():
+    # A process that is still importing would answer Ctrl-C with a traceback.
+    with _deaf():
         return pool(delayed(work)(task) for task in waiting)
+
+
+@contextmanager
+def _deaf() -> Generator[None]:
+    """Starts within the block processes that never hear Ctrl-C.
+
+    The trackers of shared memory, Python's and joblib's, are begun before: their start lets Ctrl-C through again.
+    """
+    if CAN_HOLD:
+        resource_tracker.ensure_running()
+        ensure_running()
+    with ctrl_c_held():
+        yield
 
 
 def _elsewhere(backend: Any, work: Any, waiting: list[Any], in_order: bool) -> Generator[Any]:

@@ -14,6 +14,9 @@ from types import FrameType
 
 from shared.system.processes import ENDING
 
+CAN_HOLD = hasattr(signal, "pthread_sigmask")
+"""True if signals can be held back, which Windows cannot do."""
+
 Handler = Callable[[int, FrameType | None], None]
 
 
@@ -45,9 +48,9 @@ def until_stopped() -> Generator[threading.Event]:
 def ctrl_c_held() -> Generator[None]:
     """Holds Ctrl-C back within the block; processes and threads that are started in it never hear it.
 
-    Where a system cannot (Windows), nothing is held.
+    Where a system cannot, nothing is held.
     """
-    if not hasattr(signal, "pthread_sigmask"):
+    if not CAN_HOLD:
         yield
         return
     before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
