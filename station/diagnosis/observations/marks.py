@@ -10,7 +10,7 @@ import numpy as np
 from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import REST, Channel, Rows
 from station.diagnosis.observations.moments import Latest, Moments
-from station.diagnosis.observations.slow_slides import SlowSlides
+from station.diagnosis.observations.slow_slides import Before, SlowSlides
 from station.physics.contact import Array, View, middle
 from station.physics.model import Model
 
@@ -96,7 +96,10 @@ class Rest(PlateMarks):
         holds = np.tan(limit_rad) * resting.pressing_m_s2
         self._resting, self._creep_s = replace(resting, spare_m_s2=holds - resting.pulling_m_s2), creep_s
         self._crept = Latest(self._crept_under, ("creep",))
-        self._slid = Latest(partial(self._slid_slowly, slow), ("friction",)) if slow is not None else None
+        self._slid: Latest[Array] | None = None
+        if slow is not None:
+            before = slow.before(rows.run, resting.tilt_rad.reshape(-1, CREEP_POINTS))
+            self._slid = Latest(partial(self._slid_slowly, before), ("friction",))
 
     def _predicted(self, model: Model) -> Array:
         moved = super()._predicted(model)
@@ -109,14 +112,11 @@ class Rest(PlateMarks):
         velocity = model.creep(self._resting).reshape(len(self), CREEP_POINTS, 2)
         return np.einsum("nki,nk->ni", velocity, self._creep_s)
 
-    def _slid_slowly(self, slow: SlowSlides, model: Model) -> Array:
+    def _slid_slowly(self, before: Before, model: Model) -> Array:
         """Returns the part (n, 2), m, of blocks that slid slowly before their slips."""
-        found, resting = np.zeros((len(self), 2)), self._resting
-        tilt_rad, down = resting.tilt_rad.reshape(-1, CREEP_POINTS), resting.down.reshape(-1, CREEP_POINTS, 2)
-        for row, run in enumerate(slow.runs.tolist()):
-            rows = self.rows.run == run
-            speed = slow.speed_m_s(model, row, tilt_rad[rows])
-            found[rows] = np.einsum("nk,nki->ni", self._creep_s[rows] * speed, down[rows])
+        found, down = np.zeros((len(self), 2)), self._resting.down.reshape(-1, CREEP_POINTS, 2)
+        way_m = self._creep_s[before.rows] * before.speed_m_s(model)
+        found[before.rows] = np.einsum("nk,nki->ni", way_m, down[before.rows])
         return found
 
     @property

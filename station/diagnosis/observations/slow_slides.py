@@ -9,7 +9,7 @@ before the slip. A law without such a growth has no speed below v_s for these lo
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,8 +29,11 @@ SEEN_NS = 100_000_000
 """The time until BEFORE_SLIP_NS before a slip in which the speed is read: it grows by a tenth of itself meanwhile."""
 
 LEAST_FRAMES = 6
-SPEEDS = 12
-"""The speeds between the noise and a run's own at which friction is evaluated; between them it is a straight line."""
+SPEEDS = 6
+"""The speeds from the noise to a run's own at which friction is evaluated; between them it is a straight line."""
+
+LEAST = 1e-12
+"""A guard of a division by the growth of friction."""
 
 
 class SlowSlides:
@@ -66,10 +69,47 @@ class SlowSlides:
         row = np.minimum(row, len(self.runs) - 1)
         return np.where(self.runs[row] == run, grown[row], 0.0)
 
-    def speed_m_s(self, model: Model, run: int, tilt_rad: Array) -> Array:
-        """Returns the speeds (m, k), m/s, of the block of `runs[run]` at `tilt_rad` (m, k), rad, before its slip."""
-        share = np.tan(tilt_rad) / np.tan(self.tilt_rad[run])
-        return np.interp(share, np.maximum.accumulate(self._held(model)[run]), self._speeds[run], left=0.0)
+    def before(self, run: Times, tilt_rad: Array) -> Before:
+        """Returns the moments before slips among n stretches of `run` (n,), with tilts `tilt_rad` (n, k), rad."""
+        rows = np.flatnonzero(np.isin(run, self.runs))
+        of = np.searchsorted(self.runs, run[rows])
+        return Before(self, rows, of, np.tan(tilt_rad[rows]) / np.tan(self.tilt_rad)[of, None])
+
+    def speed_m_s(self, model: Model, row: Times, share: Array) -> Array:
+        """Returns the speeds (m,), m/s, of the blocks of `runs[row]` (m,) at a `share` (m,) of the load at v_s."""
+        held = np.maximum.accumulate(self._held(model), axis=1)[row]
+        return _interpolated(share, held, self._speeds[row])
+
+    def least_share(self, model: Model) -> Array:
+        """Returns the share (r,) of the load at v_s at which the blocks begin to slide."""
+        return self._held(model)[:, 0]
+
+
+@dataclass(frozen=True, eq=False)
+class Before:
+    """Moments before slips, of the stretches `rows` (m,) of `slow.runs[row]` (m,), at a `share` (m, k) of the load."""
+
+    slow: SlowSlides
+    rows: Times
+    row: Times
+    share: Array
+
+    def speed_m_s(self, model: Model) -> Array:
+        """Returns the speeds (m, k), m/s, at which the blocks go; 0 where they stand."""
+        found = np.zeros(self.share.shape)
+        goes = self.share > self.slow.least_share(model)[self.row, None]
+        if goes.any():
+            found[goes] = self.slow.speed_m_s(model, self.row[np.nonzero(goes)[0]], self.share[goes])
+        return found
+
+
+def _interpolated(at: Array, known: Array, values: Array) -> Array:
+    """Returns values (m, k), known at ascending places (m, k), at one place in each row `at` (m,), or the last ones."""
+    rows, last = np.arange(len(at)), known.shape[1] - 1
+    after = np.clip((known <= at[:, None]).sum(axis=1), 1, last)
+    first, second = known[rows, after - 1], known[rows, after]
+    share = np.clip((at - first) / np.maximum(second - first, LEAST), 0.0, 1.0)
+    return values[rows, after - 1] + share * (values[rows, after] - values[rows, after - 1])
 
 
 def slow_slides(recorded: Recorded) -> SlowSlides | None:

@@ -51,7 +51,9 @@ def slow(tilt_rad: float, speed_m_s: float, run: int = 3) -> SlowSlides:
 def test_its_way_follows_from_the_law(rate_rad_s: float) -> None:
     """Newton's law gives the same millimetres, from the load alone."""
     time_s, tilt_rad, way_m = slid(rate_rad_s=rate_rad_s, until_m_s=3e-3)
-    speed = slow(tilt_rad[-1], 3e-3).speed_m_s(GROWING, 0, tilt_rad)
+    before = slow(tilt_rad[-1], 3e-3).before(np.array([0, 3]), np.array([tilt_rad, tilt_rad]))
+    (speed,) = before.speed_m_s(GROWING)
+    assert before.rows.tolist() == [1]
     assert way_m[-1] > 4e-4
     assert np.trapezoid(speed, time_s) == pytest.approx(way_m[-1], rel=0.05)
 
@@ -59,7 +61,7 @@ def test_its_way_follows_from_the_law(rate_rad_s: float) -> None:
 @pytest.mark.parametrize("model", [PLAIN, law("kinetic_drop", drop=0.1), law("stribeck", drop=0.1, speed_m_s=0.01)])
 def test_a_block_stands_below_its_limit_if_friction_does_not_grow(model: Model) -> None:
     seen = slow(0.36, 3e-3)
-    assert np.all(seen.speed_m_s(model, 0, np.linspace(0.2, 0.359, 20)) == 0.0)
+    assert np.all(seen.before(np.array([3]), np.linspace(0.2, 0.359, 20)[None]).speed_m_s(model) == 0.0)
     assert np.all(seen.log_grown_of(model, np.array([3])) == 0.0)
 
 
