@@ -114,3 +114,8 @@ class Cap:
             return False
         self._last_ns = stamp_ns
         return True
+
+
+def named(folder: str, name: str) -> str:
+    """Returns the entity in a folder of what a message names: a name may hold letters that separate entities."""
+    return folder + rr.escape_entity_path_part(name or "unnamed")

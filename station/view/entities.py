@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import rerun as rr
-
 TIME = "time"
 ELAPSED = "elapsed"
 """Timelines: the station's clock, and the time since the first message (what a person reads)."""
@@ -54,8 +52,3 @@ CLOCK = "health/clock/"
 TEMPERATURE = "health/air/temperature"
 HUMIDITY = "health/air/humidity"
 JOINTS = "health/joints"
-
-
-def named(folder: str, name: str) -> str:
-    """Returns the entity in a folder of what a message names: a name may hold letters that separate entities."""
-    return folder + rr.escape_entity_path_part(name or "unnamed")

@@ -8,7 +8,7 @@ import rerun as rr
 
 from shared.messages import AgentStatus, ClockOffset, Environment
 from station.view import colours, entities
-from station.view.canvas import Canvas
+from station.view.canvas import Canvas, named
 from station.view.part import Handler, Rates
 from station.view.setup import Setup
 
@@ -43,7 +43,7 @@ class HealthPart:
             self._canvas.log(entities.EVENTS, rr.TextLog(f"camera: {text}", level=level))
 
     def _on_clock(self, offset: ClockOffset) -> None:
-        path = entities.named(entities.CLOCK, offset.agent)
+        path = named(entities.CLOCK, offset.agent)
         if path not in self._clocks:
             self._clocks.add(path)
             shade = colours.CORNERS[len(self._clocks) % len(colours.CORNERS)]

@@ -12,7 +12,7 @@ from shared.geometry import tilt_of
 from shared.messages import AngleReading, MarkerCorners, PlatformState, Sample, TiltCommand
 from shared.topics import ANGLE_PREFIX
 from station.view import colours, entities
-from station.view.canvas import Canvas
+from station.view.canvas import Canvas, named
 from station.view.part import Handler, Rates
 from station.view.reference import ReferenceTracker
 from station.view.setup import Setup
@@ -49,7 +49,7 @@ class TiltPart:
         self._canvas.curve(entities.COMMANDED, math.degrees(command.angle_rad))
 
     def _on_angle(self, reading: AngleReading) -> None:
-        path = entities.named(entities.ANGLES, reading.source)
+        path = named(entities.ANGLES, reading.source)
         if path not in self._sources:
             self._sources.add(path)
             shade = colours.CORNERS[len(self._sources) % len(colours.CORNERS)]

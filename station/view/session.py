@@ -12,7 +12,7 @@ from shared.foxglove import LEVELS, Log
 from shared.messages import REPLACED, ArmReply, Heartbeat, MotionReport, RunEvent, Sample
 from station.recording.summary import degrees, sd_degrees
 from station.view import colours, entities
-from station.view.canvas import Canvas
+from station.view.canvas import Canvas, named
 from station.view.part import Handler, Rates
 from station.view.setup import Setup
 
@@ -80,7 +80,7 @@ class LogPart:
     def _on_log(self, line: Log) -> None:
         who = line.name or "unnamed"
         text = rr.TextLog(f"{who}: {line.message}", level=_LEVEL_NAMES.get(line.level, "INFO"))
-        self._canvas.log(entities.named(entities.LOG, who), text)
+        self._canvas.log(named(entities.LOG, who), text)
 
     def _on_event(self, event: RunEvent) -> None:
         if event.reason:
