@@ -13,6 +13,7 @@ from station.export.carry import Carried, carry, commented
 from station.export.exported import ExportedFile, unsupported_lines
 from station.export.from_model import NamedModel
 from station.export.unsupported_of_model import unsupported_of_model
+from station.physics.effect import HOOKS
 from station.physics.model import Model, Term
 
 _OFFERED = (
@@ -37,6 +38,9 @@ _HEAD = (
     "itself runs.",
 )
 
+
+SAID = frozenset(HOOKS) - {"motion"}
+"""The methods of `Effect` that Python code can say in any engine: each turns the plate itself."""
 
 _CORNERS = (
     "it turns as the engine's contact lets it, and the four corners of a box resist turning 2.4 times as much as an "

@@ -14,6 +14,7 @@ LEFT_OUT = {
     "lever": "its turning of the block by friction",
     "lead": "its pressure in front of the block",
     "attitude": "its turn of the plate",
+    "motion": "its motion of the plate, which is turned as reported",
     "delay_s": "its delay of the camera's stamps",
     "creep": "its motion of a block at rest, for which an engine has no force",
     "seen": "its shift of the camera's picture",

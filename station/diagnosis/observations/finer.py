@@ -6,7 +6,9 @@ some 30 ms apart and would see all of that or nothing.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -18,10 +20,18 @@ from station.physics.model import Model
 
 @dataclass(frozen=True, eq=False)
 class Finer:
-    """`moments` at the n windows' FINE_NODES (41 n), and the weights (n, 41) of their means."""
+    """The weights (n, 41) of means over n windows, and what makes the moments at their FINE_NODES (41 n).
 
-    moments: Moments
+    Few models move the plate themselves: the moments are made for the first that does.
+    """
+
+    make: Callable[[], Moments]
     weight: Array
+
+    @cached_property
+    def moments(self) -> Moments:
+        """The moments (41 n)."""
+        return self.make()
 
     def evened(self, model: Model, acceleration_rad_s2: Array) -> Array:
         """Returns accelerations of the same shape, with the means over the windows that the model has.

@@ -239,7 +239,7 @@ class Moments:
         plate, load, inertial = self._plate, self._plain, self._inertial
         if model.acting("delay_s"):
             plate, inertial = self._earlier(model)
-            load = _load(self._contact_with(plate), inertial)
+            load = _load(self.standing(model), inertial)
         if model.acting("motion"):
             rate, acceleration = model.motion(load.contact)
             if self._evened is not None:

@@ -171,15 +171,16 @@ def _uneven(windows: Windows, plate: PlateMotion) -> Array:
 
 def _finer(recorded: Recorded) -> Finer:
     """Returns the windows at their fine nodes, for the plate's motion alone: the blocks stay at the plate's middle."""
-    windows, plate = recorded.free_windows, recorded.plate
-    time_ns = _moments_ns(windows, FINE_NODES)
-    moments = Moments(
-        time_ns=time_ns,
-        run=np.repeat(windows["run"], len(FINE_NODES)),
-        facts=recorded.facts,
-        attitude=lambda delay_s: plate.at(time_ns, delay_s=delay_s),
-    )
-    return Finer(moments, windows["weight"])
+    windows, plate, facts = recorded.free_windows, recorded.plate, recorded.facts
+
+    def make() -> Moments:
+        time_ns = _moments_ns(windows, FINE_NODES)
+        run = np.repeat(windows["run"], len(FINE_NODES))
+        return Moments(
+            time_ns=time_ns, run=run, facts=facts, attitude=lambda delay_s: plate.at(time_ns, delay_s=delay_s)
+        )
+
+    return Finer(make, windows["weight"])
 
 
 def _moments_ns(windows: Windows, nodes: Array) -> Times:

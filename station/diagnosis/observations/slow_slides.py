@@ -33,7 +33,7 @@ SPEEDS = 6
 """The speeds from the noise to a run's own at which friction is evaluated; between them it is a straight line."""
 
 LEAST = 1e-12
-"""A guard of a division by the growth of friction."""
+"""A guard of divisions by friction, which may fall to nothing, and by its growth."""
 
 
 class SlowSlides:
@@ -57,7 +57,7 @@ class SlowSlides:
 
     def _holds(self, model: Model) -> Array:
         """Returns friction at each of the speeds over that at v_s (r, SPEEDS + 1)."""
-        held = model.friction(self._sliding).reshape(self._speeds.shape)
+        held = np.maximum(model.friction(self._sliding), LEAST).reshape(self._speeds.shape)
         return held / held[:, -1:]
 
     def log_grown_of(self, model: Model, run: Times) -> Array:

@@ -19,9 +19,8 @@ from station.export.exported import ExportedFile, named
 from station.export.formats import drake as scenes
 from station.export.from_model import NamedModel
 from station.export.measured import MeasuredPair
-from station.export.python_file import CORNERS, python_file
+from station.export.python_file import CORNERS, SAID, python_file
 from station.physics.contact import GRAVITY_M_S2, Array
-from station.physics.effect import HOOKS
 from station.physics.model import Model
 
 NAME = "drake"
@@ -42,7 +41,7 @@ def export_model(named_model: NamedModel) -> tuple[ExportedFile, ...]:
         "are part of it: with Drake's own settings a block starts more than a degree early, and with SAP one on small "
         "feet hops while it slides.",
     ]
-    supported = frozenset(HOOKS) - {"creep"}
+    supported = SAID - {"creep"}
     (scene,) = scenes.export(named([pair]))
     file = python_file(
         named_model, engine="Drake", supported=supported, caveats=CORNERS, how=how, bench=bench, scene=scene.text

@@ -17,9 +17,8 @@ from station.export.exported import ExportedFile, named
 from station.export.formats import mujoco as scenes
 from station.export.from_model import NamedModel
 from station.export.measured import MeasuredPair
-from station.export.python_file import MET_CORNERS, python_file
+from station.export.python_file import MET_CORNERS, SAID, python_file
 from station.physics.contact import Array
-from station.physics.effect import HOOKS
 from station.physics.model import Model
 from station.simulators.mujoco.bindings import mj
 
@@ -41,7 +40,7 @@ def export_model(named_model: NamedModel) -> tuple[ExportedFile, ...]:
         "Take the <option> and the <pair> of SCENE into your own scene: with MuJoCo's defaults a block starts many "
         "degrees early.",
     ]
-    supported = frozenset(HOOKS) - {"creep"}
+    supported = SAID - {"creep"}
     (scene,) = scenes.export(named([pair]))
     file = python_file(
         named_model, engine="MuJoCo", supported=supported, caveats=MET_CORNERS, how=how, bench=bench, scene=scene.text

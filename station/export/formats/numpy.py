@@ -7,8 +7,7 @@ from station.export.carried.law import Law
 from station.export.carried.watch import Watch
 from station.export.exported import ExportedFile
 from station.export.from_model import NamedModel
-from station.export.python_file import python_file
-from station.physics.effect import HOOKS
+from station.export.python_file import SAID, python_file
 from station.physics.model import Model
 
 NAME = "numpy"
@@ -22,7 +21,7 @@ def export_model(named: NamedModel) -> tuple[ExportedFile, ...]:
         "block = Block(Law(MODEL, Watch())) lies on the plate; block.advance(gravity) takes one step under gravity "
         "(3,), m/s², in the plate's frame, and gives x, y and yaw.",
     ]
-    return (python_file(named, engine="numpy", supported=frozenset(HOOKS), how=how, bench=bench),)
+    return (python_file(named, engine="numpy", supported=SAID, how=how, bench=bench),)
 
 
 def bench(model: Model) -> Block:

@@ -15,9 +15,8 @@ from station.export.carried.law import Law
 from station.export.carried.watch import Moment, Watch
 from station.export.exported import ExportedFile
 from station.export.from_model import NamedModel
-from station.export.python_file import CORNERS, python_file
+from station.export.python_file import CORNERS, SAID, python_file
 from station.physics.contact import Array
-from station.physics.effect import HOOKS
 from station.physics.model import Model
 
 NAME = "pybullet"
@@ -34,7 +33,7 @@ def export_model(named: NamedModel) -> tuple[ExportedFile, ...]:
         "Steps of 1 ms, SETTINGS and a friction anchor (see PybulletBench) are part of it: with Bullet's own a block "
         "creeps, and starts at other angles.",
     ]
-    supported = frozenset(HOOKS) - {"creep"}
+    supported = SAID - {"creep"}
     return (python_file(named, engine="PyBullet", supported=supported, caveats=CORNERS, how=how, bench=bench),)
 
 

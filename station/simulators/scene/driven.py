@@ -54,7 +54,7 @@ class Driver:
         Raises:
             UserError: if the scene is unstable, or the block is lost.
         """
-        run = run_of(commands, Plate(commands, model))
+        run = run_of(Plate(commands, model))
         found = Found(model, commands, friction=friction) if needs_telling(model, friction) else None
         self._begin(run)
         table = self._followed(run, found)

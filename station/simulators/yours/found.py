@@ -17,8 +17,8 @@ from station.simulators.planar.plate import gravity_at
 
 IMAGE = frozenset({"seen", "delay_s"})
 """The methods of effects that the tool applies itself, when it turns the path into what the camera sees."""
-PLATE = frozenset({"attitude"})
-"""The methods that it has applied to the gravity that a run states."""
+PLATE = frozenset({"attitude", "motion"})
+"""The methods that it has applied to the gravity and the plate's motion that a run states."""
 
 
 class State(TypedDict, total=False):

@@ -58,7 +58,7 @@ def called(function: Function, commands: Commands, model: Model, friction: float
     Raises:
         UserError: with the run and what the function did wrong.
     """
-    run = run_of(commands, Plate(commands, model))
+    run = run_of(Plate(commands, model))
     found = (Found(model, commands, friction=friction),) if takes_found(function) else ()
     try:
         with np.errstate(all="ignore"):

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from station.physics.contact import GRAVITY_M_S2, Array
-from station.simulators.planar.commands import Commands
 from station.simulators.planar.plate import Plate, gravity_at
 
 
@@ -82,8 +81,9 @@ class Path:
     onset_s: float | None = None
 
 
-def run_of(commands: Commands, plate: Plate) -> Run:
-    """Returns the run of commands with a single row; `plate` is how it truly stands."""
+def run_of(plate: Plate) -> Run:
+    """Returns the run of a plate's commands, which have a single row: the plate is as it truly stands and moves."""
+    commands = plate.commands
     number = np.arange(plate.knots)
     stretch = plate.stretch(np.zeros(len(number), dtype=np.intp), np.minimum(number, plate.knots - 2))
     t_s = commands.time_s[0]

@@ -53,7 +53,7 @@ def test_a_window_has_the_whole_jump_of_the_rate(late: float) -> None:
     """The mean acceleration of a window is that of the rate at its moments, wherever in it the play is taken up."""
     middle = TAKEN_UP_S - late * HALF_S
     weight = weight_of(np.linspace(-1.0, 1.0, 9))[None]
-    finer = Finer(moments_at(middle + HALF_S * FINE_NODES), weight)
+    finer = Finer(lambda: moments_at(middle + HALF_S * FINE_NODES), weight)
     nodes = moments_at(middle + HALF_S * NODES, evened=finer.evened)
     mean = WEIGHTS @ nodes.loads(WITH_PLAY).contact.acceleration_rad_s2[:, 1]
     # By parts: the weight vanishes at both ends, so the mean of an acceleration is that of -rate times its slope.

@@ -58,7 +58,13 @@ def test_its_way_follows_from_the_law(rate_rad_s: float) -> None:
     assert np.trapezoid(speed, time_s) == pytest.approx(way_m[-1], rel=0.05)
 
 
-@pytest.mark.parametrize("model", [PLAIN, law("kinetic_drop", drop=0.1), law("stribeck", drop=0.1, speed_m_s=0.01)])
+NOTHING_LEFT = law("rate_strengthening", per_e_fold=-0.2, slower_decades=8.0)
+"""Friction that has fallen to nothing at any speed that shows."""
+
+
+@pytest.mark.parametrize(
+    "model", [PLAIN, law("kinetic_drop", drop=0.1), law("stribeck", drop=0.1, speed_m_s=0.01), NOTHING_LEFT]
+)
 def test_a_block_stands_below_its_limit_if_friction_does_not_grow(model: Model) -> None:
     seen = slow(0.36, 3e-3)
     assert np.all(seen.before(np.array([3]), np.linspace(0.2, 0.359, 20)[None]).speed_m_s(model) == 0.0)

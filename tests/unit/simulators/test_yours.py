@@ -28,7 +28,7 @@ from station.simulators.planar.session import commands_of
 from station.simulators.recorded_runs import recorded_runs
 from station.simulators.simulator import Simulator, opened, simulator
 from station.simulators.yours.called import of_function
-from station.simulators.yours.found import Found
+from station.simulators.yours.found import Found, needs_telling
 from station.simulators.yours.function import loaded
 from station.simulators.yours.run import Run, run_of
 from tests.unit.diagnosis import recorded as sessions
@@ -45,10 +45,10 @@ def golden() -> tuple[Signals, RigConfig]:
     return signals, replace(rig, plate=replace(rig.plate, opening_m=0.16))
 
 
-def run_number(place: int) -> Run:
+def run_number(place: int, model: Model = AS_IT_IS) -> Run:
     signals, rig = golden()
     row = commands_of(signals, recorded_runs(signals), rig=rig).rows(slice(place, place + 1))
-    return run_of(row, Plate(row, AS_IT_IS))
+    return run_of(Plate(row, model))
 
 
 def always(answer: float | None) -> Callable[[Run], float | None]:
@@ -84,6 +84,17 @@ def test_a_run_says_how_the_plate_stands_and_where_the_block_lies() -> None:
     stamps = own.begin_ns + np.round(run.t_s * 1e9).astype(np.int64)
     assert run.gravity_m_s2 == pytest.approx(9.81 * signals.attitude.gravity_at(stamps), abs=1e-9)
     assert run.tilt_rad == pytest.approx(signals.attitude.tilt_at(stamps), abs=1e-9)
+
+
+def test_a_plate_with_play_is_told_by_the_run_alone() -> None:
+    """Where it waits it neither turns nor is set in motion, so that a function has nothing to do about it."""
+    play = Model(mu_s=1.0, terms=(Term(catalogue()["backlash"], {"half_width_rad": 0.01}),))
+    plain, run = run_number(0), run_number(0, play)
+    assert not needs_telling(play)
+    assert np.abs(run.gravity_m_s2 - plain.gravity_m_s2).max() > 0.05
+    waits = np.all(run.rate_rad_s == 0.0, axis=1) & np.any(plain.rate_rad_s != 0.0, axis=1)
+    assert waits.any()
+    assert np.all(run.acceleration_rad_s2[waits] == 0.0)
 
 
 def test_the_quaternion_turns_a_plate_as_gravity_says() -> None:
