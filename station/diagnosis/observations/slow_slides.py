@@ -29,6 +29,8 @@ SEEN_NS = 100_000_000
 """The time until BEFORE_SLIP_NS before a slip in which the speed is read: it grows by a tenth of itself meanwhile."""
 
 LEAST_FRAMES = 6
+"""The frames that a speed is read from at least, two thirds of those in SEEN_NS at 90 Hz."""
+
 SPEEDS = 6
 """The speeds from the noise to a run's own at which friction is evaluated; between them it is a straight line."""
 

@@ -11,6 +11,7 @@ from station.diagnosis.observations.plate import Attitude, Times
 from station.diagnosis.observations.windows import FINE_NODES, NODES, WEIGHTS, weight_of
 from station.physics.catalogue import catalogue
 from station.physics.contact import Array
+from station.physics.effects import backlash
 from station.physics.model import Model, Term
 from station.physics.reversals import SWINGS
 
@@ -64,6 +65,26 @@ def test_a_window_has_the_whole_jump_of_the_rate(late: float) -> None:
     rate = moments_at(time_s).loads(WITH_PLAY).contact.rate_rad_s[:, 1]
     jump = -float(np.trapezoid(rate * np.gradient(density, time_s), time_s))
     assert mean == pytest.approx(jump, rel=0.05)
+
+
+@pytest.mark.parametrize("taken_up", [0.15, 0.6])
+def test_how_fast_the_rate_is_taken_up_matters_little(taken_up: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Half or twice as much of the play changes a window's mean acceleration by some per cent of the greatest."""
+    weight = weight_of(np.linspace(-1.0, 1.0, 9))[None]
+
+    def means() -> Array:
+        every = []
+        for late in np.linspace(-0.9, 0.9, 19):
+            middle = TAKEN_UP_S - late * HALF_S
+            acceleration = moments_at(middle + HALF_S * FINE_NODES).loads(WITH_PLAY).contact.acceleration_rad_s2
+            every.append(weight[0] @ acceleration[:, 1])
+        return np.array(every)
+
+    as_it_is = means()
+    monkeypatch.setattr(backlash, "TAKEN_UP", taken_up)
+    change = float(np.sqrt(np.mean(np.square(means() - as_it_is))) / np.abs(as_it_is).max())
+    print(f"\nTAKEN_UP {taken_up:g}: the means change by {100 * change:.1f} %")
+    assert change < 0.12
 
 
 def test_a_plate_without_play_is_as_reported() -> None:

@@ -1,4 +1,4 @@
-"""What an engine leaves out of a model is said in words, whichever method of an effect it is."""
+"""An engine leaves parts of a model out, and says so in words, whichever method of an effect it is."""
 
 from __future__ import annotations
 

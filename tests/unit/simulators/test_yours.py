@@ -87,7 +87,7 @@ def test_a_run_says_how_the_plate_stands_and_where_the_block_lies() -> None:
 
 
 def test_a_plate_with_play_is_told_by_the_run_alone() -> None:
-    """Where it waits it neither turns nor is set in motion, so that a function has nothing to do about it."""
+    """It neither turns nor is set in motion while it waits, so that a function has nothing to do about it."""
     play = Model(mu_s=1.0, terms=(Term(catalogue()["backlash"], {"half_width_rad": 0.01}),))
     plain, run = run_number(0), run_number(0, play)
     assert not needs_telling(play)
