@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from tests.concealed.contact import gravity_of, true_tilt
 from tests.concealed.measure import EPOCH_NS
@@ -28,6 +29,9 @@ _GRID_RAD = 2.0**-20
 """The encoders' step, 1 µrad; powers of two pack better than decimals."""
 _GRID_PX = 2.0**-9
 _GRID_QUATERNION = 2.0**-32
+_ASKEW_RAD = 0.01
+"""The standard deviation of a sensor's turn on the plate about each axis: by hand, to a little more than half a degree.
+"""
 _CAMERA_LATENCY_NS, _ARM_LATENCY_NS = 4_200_000, 700_000
 
 
@@ -202,7 +206,7 @@ def _joint_stream(at: Integers, tilt: Array, rate: Array, azimuth: Array) -> Str
 
 
 def _sensor_stream(session: SessionRecord, noise_rad: float, rng: Generator) -> Stream:
-    """An inertial sensor on the plate: it feels gravity itself, whatever the arm reports."""
+    """An inertial sensor, put on the plate by hand: it feels gravity itself, whatever the arm reports."""
     world = session.setting.world
     rows: list[tuple[int, float, float, float]] = []
     for at in range(0, START_K, SENSOR):
@@ -214,6 +218,7 @@ def _sensor_stream(session: SessionRecord, noise_rad: float, rng: Generator) -> 
     table = np.array(rows)
     stamps, gravity = times_ns(table[:, 0].astype(np.int64)), table[:, 1:]
     gravity = gravity + noise_rad * rng.standard_normal(gravity.shape)
+    gravity = Rotation.from_rotvec(_ASKEW_RAD * rng.standard_normal(3)).apply(gravity)
     gravity = np.round(gravity / np.linalg.norm(gravity, axis=1, keepdims=True) / _GRID_RAD) * _GRID_RAD
     angle = np.arctan2(np.hypot(gravity[:, 0], gravity[:, 1]), -gravity[:, 2])
     packer = Packer(len(stamps)).stamp(1, stamps).text(2, "imu").double(3, angle)

@@ -39,8 +39,8 @@ class Free:
         """Precision of the scaled prior: 1 for a nuisance, whose typical size is its prior's sd.
 
         A number may bring a prior of its own (`Parameter.sd`). An effect that mu absorbs has the prior that it would
-        have as a nuisance: a sensor tells the scale of an angle, and nothing its offset, which would go wherever noise
-        or another law's misfit leads it. It is 0 for others.
+        have as a nuisance: a sensor that sees tilts in one direction tells the scale of an angle, and nothing its
+        offset, which would go wherever noise or another law's misfit leads it. It is 0 for others.
         """
         if self.parameter is not None and self.parameter.sd:
             return (self.scale / self.parameter.sd) ** 2

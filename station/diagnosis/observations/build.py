@@ -20,7 +20,7 @@ from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.observations.paths import Paths
 from station.diagnosis.observations.plate import PlateMotion
 from station.diagnosis.observations.rig_offsets import UNKNOWN_OFFSETS, RigOffsets
-from station.diagnosis.observations.sensor_rows import sensor_channel
+from station.diagnosis.observations.sensor_rows import sensor_channels
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.slide_rows import slide_channels
 from station.diagnosis.observations.slide_tracks import slide_tracks
@@ -68,7 +68,7 @@ def evidence_of(signals: Signals, setting: Setting, rig_offsets: RigOffsets = UN
     if onsets is not None:
         channels.append(onsets)
     channels.extend(slide_channels(recorded, onsets))
-    for build in (rest_channel, plate_channels, shape_channel, sensor_channel):
+    for build in (rest_channel, plate_channels, shape_channel, sensor_channels):
         channels.extend(channel for channel in build(recorded) if len(channel))
     return Evidence(
         channels=tuple(channels),

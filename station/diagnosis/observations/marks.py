@@ -16,7 +16,6 @@ from station.physics.model import Model
 
 CREEP_POINTS = 49
 """Most of a shaking arm's creep falls into the last tenth of the way to the slip."""
-SENSOR_POINTS = 15
 
 
 class PlateMarks(Channel):
@@ -123,31 +122,3 @@ class Rest(PlateMarks):
     def hooks(self) -> frozenset[str]:
         """The methods of `Effect` that can change the channel: friction too, if blocks slid slowly before slips."""
         return super().hooks if self._slid is None else super().hooks | {"friction"}
-
-
-class Sensor(Channel):
-    """Another angle sensor minus the arm's attitude, rad, less the session's mean (the sensor's mounting).
-
-    Rows are means of readings; `moments` has SENSOR_POINTS of them for each row.
-    """
-
-    phase: str = "pre-slip"
-    unit: str = "rad"
-    trusted: float = thresholds.ANGLE_TRUSTED_RAD
-
-    def __init__(self, rows: Rows, source: str, difference_rad: Array, moments: Moments) -> None:
-        super().__init__(rows)
-        self.name, self.title = f"sensor:{source}", f"the angle sensor {source}"
-        self._difference, self._moments = self._apart(difference_rad), moments
-
-    def residual(self, model: Model) -> Array:
-        """Returns recorded minus predicted difference (n,), rad."""
-        if not (model.acting("attitude") or model.acting("delay_s")):
-            return self._difference
-        turned = self._moments.loads(model).contact.tilt_rad - self._moments.reported.tilt_rad
-        change = turned.reshape(len(self), SENSOR_POINTS).mean(axis=1)
-        return self._difference - self._apart(change)
-
-    def _apart(self, values: Array) -> Array:
-        """Returns values (n,) less their mean, in which long stretches of readings count more."""
-        return values - np.average(values, weights=1.0 / np.square(self.rows.sigma))

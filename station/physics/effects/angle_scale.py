@@ -1,8 +1,9 @@
 """Scale of the angle: the arm reports (1 + g) times the true tilt, plus b.
 
 The true tilt is (reported − b) / (1 + g), about the same axis. The coefficient takes it up entirely unless another
-sensor saw the angle. That tells the scale, and the offset hardly: it has its prior alone, and bounds so wide that it
-ends at none of them (`python -m tests.proof --tier patch_world/single:36 --seed 20261540`, 025).
+sensor saw the angle. That tells the scale, and the offset only from tilts in opposite directions, as the sensor itself
+is turned on the plate by an unknown angle. Else the offset has its prior alone, and bounds so wide that it ends at none
+of them (`python -m tests.proof --tier patch_world/single:36 --seed 20261540`, 025).
 """
 
 from __future__ import annotations
@@ -28,7 +29,9 @@ class AngleScale(Effect):
         Parameter(name="offset_rad", unit="rad", low=-0.2, high=0.2, typical=0.005),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("backlash", "adhesion")
-    separated_by: ClassVar[str] = "a second angle sensor on the plate, compared with the arm from level to the onset"
+    separated_by: ClassVar[str] = (
+        "a second angle sensor on the plate, compared with the arm in opposite directions of the tilt"
+    )
     absorbed_by_mu: ClassVar[bool] = True
 
     def attitude(self, contact: Contact, values: Values) -> Array | None:

@@ -32,7 +32,7 @@ class PlatformLevel(Effect):
         Parameter(name="eps_y_rad", unit="rad", low=-0.1, high=0.1, typical=0.01),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("one_way_friction", "friction_patch")
-    separated_by: ClassVar[str] = "the plate turned by 180° in its mount, or an inclinometer on the level plate"
+    separated_by: ClassVar[str] = "the plate turned by 180° in its mount, or an inclinometer on the plate as it tilts"
 
     def attitude(self, contact: Contact, values: Values) -> Array | None:
         """Gives the plate's rotation vector (n, 3), rad, by the law of this module."""

@@ -22,6 +22,9 @@ _APART = (
 )
 """Pairs whose two effects are one for every purpose, or which the bristles cannot have together."""
 
+_ASKEW_RAD = 0.01
+"""The standard deviation of the inclinometer's turn about each axis: it is put on by hand, to about half a degree."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Hidden:
@@ -138,7 +141,13 @@ def _with_nuisance(world: World, rng: np.random.Generator, *, strong: bool) -> W
         pressure_sd=0.4 * size,
         sole_sd=0.08 * size,
     )
-    sensing = Sensing(noise_rad=4e-4 * size, step_rad=2e-4 * size, rate_noise_rad_s=5e-3 * size)
+    x, y, z = _ASKEW_RAD * rng.standard_normal(3)
+    sensing = Sensing(
+        noise_rad=4e-4 * size,
+        step_rad=2e-4 * size,
+        rate_noise_rad_s=5e-3 * size,
+        askew_rad=(float(x), float(y), float(z)),
+    )
     camera = Camera(
         pixel_sd=0.04 + 0.04 * size,
         pose_sd_px=0.03 * size,

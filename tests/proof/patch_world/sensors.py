@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from shared.messages import AngleReading, JointState, MarkerCorners, PlatformState
 from tests.proof.patch_world import places as at
@@ -55,10 +56,12 @@ def joints(bench: Bench, sensing: Sensing, arm: Joints, *, stamp_ns: int) -> Joi
 
 
 def inclination(bench: Bench, *, stamp_ns: int, rng: np.random.Generator) -> AngleReading:
-    """The reading of an inclinometer on the plate, against true gravity."""
+    """The reading of an inclinometer on the plate, against true gravity as the sensor is turned."""
     azimuth, angle = float(bench.motion[at.AZIMUTH]), float(bench.state[at.ANGLE])
-    gravity = gravity_in_plate(bench.world.contact, azimuth=azimuth, angle=angle)
-    x, y = gravity + _INCLINOMETER_SD_RAD * rng.standard_normal(2)
+    level = gravity_in_plate(bench.world.contact, azimuth=azimuth, angle=angle)
+    gravity = np.array([*level, -math.sqrt(1 - level @ level)])
+    felt = Rotation.from_rotvec(bench.world.sensing.askew_rad).apply(gravity)[:2]
+    x, y = felt + _INCLINOMETER_SD_RAD * rng.standard_normal(2)
     down = math.sqrt(max(1 - x * x - y * y, 0.0))
     return AngleReading(
         stamp_ns=stamp_ns,

@@ -134,7 +134,8 @@ class Scatter:
 class Sensing:
     """The arm's reports of its attitude: gain and offset of the angle, noise, step of the encoder, and stamps.
 
-    `stamp_s` is by how much a stamp lies before the moment at which the attitude was so.
+    `stamp_s` is by how much a stamp lies before the moment at which the attitude was so. `askew_rad` is the rotation
+    vector of the inclinometer on the plate.
     """
 
     gain: float = 1.0
@@ -143,6 +144,7 @@ class Sensing:
     step_rad: float = 0.0
     rate_noise_rad_s: float = 5e-4
     stamp_s: float = 0.0
+    askew_rad: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
