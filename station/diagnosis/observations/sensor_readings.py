@@ -7,6 +7,10 @@ tell an offset of the arm's angle from it; and it turns with the plate, as a lev
 does not: across the slope that is a difference of (1 - cos tilt).
 
 A sensor that knows the tilt alone tells less: it may have an offset as well, and what is across the slope is lost.
+
+A sensor's stamps are late as well, by what its filter, driver and network take. That is a Gaussian variable which all
+readings share, and it is integrated out: the part of the residuals that goes as the tilt's rate is divided by what it
+then has of standard deviations.
 """
 
 from __future__ import annotations
@@ -21,6 +25,10 @@ from station.signals.tracks import Integers
 DEPENDENT = 1e-9
 """Columns that differ by less of their size are the same within rounding: tilts one way alone tell no second turn."""
 
+LATENCY_S = 0.02
+"""The prior's standard deviation of a sensor's own lateness, s, as large as a clock's is typically off. Readings that
+were 8 ms late were a clock of camera and arm (1.00), which friction hardly tells from none."""
+
 TURNING = ("attitude", "delay_s")
 """The methods of an effect that change what a sensor reads."""
 
@@ -32,6 +40,12 @@ class Stretches:
         self.moments, self._count = moments, count
         self._begins = np.cumsum(count) - count
         self.middles = self._begins + count // 2
+
+    @property
+    def rate_rad_s(self) -> Array:
+        """The mean rate (n,) of the reported tilt, rad/s."""
+        reported = self.moments.reported
+        return self.means((reported.rate_rad_s * reported.tilt_axis).sum(axis=1))
 
     @property
     def middle(self) -> Contact:
@@ -46,6 +60,20 @@ class Stretches:
         """Returns the means (n, ...) of values (m, ...) in each stretch."""
         sums = np.add.reduceat(values, self._begins, axis=0)
         return sums / self._count.reshape(-1, *[1] * (values.ndim - 1))
+
+
+class Lateness:
+    """A shared lateness of readings whose tilt has the rates (n,), rad/s, with the noise `sigma` (n,), rad."""
+
+    def __init__(self, rate_rad_s: Array, sigma: Array) -> None:
+        self._sigma, late = sigma, LATENCY_S * rate_rad_s / sigma
+        square = float(late @ late)
+        self._late = late
+        self._share = (1.0 - 1.0 / np.sqrt(1.0 + square)) / max(square, np.finfo(float).tiny)
+
+    def less(self, residual: Array) -> Array:
+        """Returns residuals (n,), rad, whose covariance the lateness has made σ² + s² r rᵀ, as if it were σ² again."""
+        return residual - self._sigma * self._late * (self._share * (self._late @ (residual / self._sigma)))
 
 
 class Directions:
@@ -64,11 +92,12 @@ class Directions:
         sine, cosine = np.sin(middle.tilt_rad), np.cos(middle.tilt_rad)
         self._along = np.column_stack([cosine[:, None] * middle.down, sine])
         self._across = middle.tilt_axis
+        self._late = Lateness(stretches.rate_rad_s, sigma)
         self._apart = Latest(self._differs, TURNING)
 
     def along(self, model: Model) -> Array:
         """Returns how much steeper (n,), rad, the sensor reads than the model says."""
-        return (self._apart(model) * self._along).sum(axis=1)
+        return self._late.less((self._apart(model) * self._along).sum(axis=1))
 
     def across(self, model: Model) -> Array:
         """Returns how much farther (n,), rad, the sensor reads about the slope's own direction than the model says."""
@@ -95,14 +124,15 @@ class Tilts:
         turned = np.column_stack([down, np.ones(len(down))])
         within = [np.where((mount_rad == mount)[:, None], turned, 0.0) for mount in np.unique(mount_rad)]
         self._mounting = _orthonormal(np.hstack(within) / sigma[:, None])
+        self._late = Lateness(self._apart(stretches.rate_rad_s), sigma)
         self._difference = self._apart(difference_rad)
 
     def along(self, model: Model) -> Array:
         """Returns how much steeper (n,), rad, the sensor reads than the model says, to first order in its turn."""
         if not any(model.acting(hook) for hook in TURNING):
-            return self._difference
+            return self._late.less(self._difference)
         change = self._stretches.turned(model).tilt_rad - self._stretches.moments.reported.tilt_rad
-        return self._difference - self._apart(self._stretches.means(change))
+        return self._late.less(self._difference - self._apart(self._stretches.means(change)))
 
     def _apart(self, values: Array) -> Array:
         """Returns values (n,) less their part along the mounting's, in which long stretches of readings count more."""

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from shared.geometry import Array
 from station.diagnosis.observations.moments import Moments, RunFacts
 from station.diagnosis.observations.plate import Attitude
-from station.diagnosis.observations.sensor_readings import Directions, Stretches, Tilts
+from station.diagnosis.observations.sensor_readings import LATENCY_S, Directions, Lateness, Stretches, Tilts
 from station.physics.catalogue import catalogue
 from station.physics.model import Model, Term
 
@@ -128,3 +128,17 @@ def test_a_plate_in_another_mount_turns_the_sensor_otherwise():
     found = Directions(felt, straight, stretches=asked(tilt, down), sigma=sigma, mount_rad=mount)
     assert np.abs(found.along(model())).max() < EXACT_RAD
     assert np.abs(found.across(model())).max() < EXACT_RAD
+
+
+def test_what_a_late_sensor_leaves_has_the_covariance_of_its_noise():
+    """The quadratic form is that of the Gaussian with the lateness in its covariance."""
+    rng = np.random.default_rng(20261130)
+    rate, sigma, residual = rng.uniform(-1.0, 0.2, 9), rng.uniform(1e-4, 3e-4, 9), 1e-3 * rng.standard_normal(9)
+    covariance = np.diag(sigma**2) + LATENCY_S**2 * np.outer(rate, rate)
+    white = Lateness(rate, sigma).less(residual) / sigma
+    assert white @ white == pytest.approx(residual @ np.linalg.solve(covariance, residual))
+
+
+def test_a_sensor_that_stands_still_is_not_late():
+    residual = np.array([1e-4, -2e-4])
+    np.testing.assert_array_equal(Lateness(np.zeros(2), np.full(2, 1e-4)).less(residual), residual)
