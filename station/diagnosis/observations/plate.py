@@ -188,7 +188,9 @@ class PlateMotion:
         if self.fit is None:
             return 0.0
         count = max(1, round(length_s / float(np.median(np.diff(self._time_s)))))
-        even = np.interp(np.linspace(0.0, 1.0, count), np.linspace(0.0, 1.0, len(weight)), weight)
+        # Each reading stands for the time around it: the ends, where weights may be 0, are none of two readings.
+        middles = (np.arange(count) + 0.5) / count
+        even = np.interp(middles, np.linspace(0.0, 1.0, len(weight)), weight)
         return self.fit.of_mean(even / even.sum())
 
     def steps_between(self, from_ns: int, to_ns: int) -> Times:

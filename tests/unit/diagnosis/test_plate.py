@@ -93,3 +93,13 @@ def test_a_plate_knows_how_far_it_has_gone_since_it_turned_round() -> None:
     at = PlateMotion(attitude, motions).at(np.array([1_500_000_000, 2_800_000_000, 3_500_000_000, 5_500_000_000]))
     assert at.rising.tolist() == [1.0, 1.0, -1.0, 1.0]
     assert at.gone_rad == pytest.approx([0.1, 0.3, 0.1, 0.1], abs=2e-3)
+
+
+@pytest.mark.parametrize("readings", [1, 2, 3, 9])
+def test_a_mean_over_few_readings_has_a_standard_error(readings: int) -> None:
+    """The weights of a slide's window are 0 at its ends: of two readings there, as a slow arm has, none counted."""
+    motion = moving_plate(noise_rad=1e-4)
+    assert motion.fit is not None
+    weight = 1.0 - np.linspace(-1.0, 1.0, 9) ** 2
+    sigma_rad = motion.mean_sigma_rad(weight, readings / HZ)
+    assert 0.0 < sigma_rad <= motion.fit.noise_rad
