@@ -104,10 +104,21 @@ class AttitudeTrack(Track):
     pivot_m: Array
 
     def known(self) -> AttitudeTrack:
-        """Returns the readings that have an attitude, without those that are not later than the reading before."""
+        """Returns the readings that have an attitude, without those that are not later than the reading before.
+
+        Nor has it those that say again, of a plate that turns, what the reading before said: a driver that publishes
+        faster than its arm answers gives an old attitude a new stamp.
+        """
         rises = np.diff(self.time_ns, prepend=self.time_ns[:1] - 1) > 0
-        known = rises & np.isfinite(self.quaternion).all(axis=1)
+        known = rises & np.isfinite(self.quaternion).all(axis=1) & ~self._repeats()
         return self if known.all() else self.select(known)
+
+    def _repeats(self) -> Booleans:
+        """Returns true (n,) for readings of a turning plate that are equal to the ones before."""
+        said = np.hstack([self.quaternion, self.rate_rad_s])
+        same = np.zeros(len(self), dtype=np.bool_)
+        same[1:] = (said[1:] == said[:-1]).all(axis=1) & self.rate_rad_s[1:].any(axis=1)
+        return same
 
     @property
     def tilt_rad(self) -> Array:

@@ -53,7 +53,7 @@ class AttitudeFit:
 
     `noise_rad` is a reading's standard deviation and `sigma_rad` (n,) that of the estimated gravity. `keeps` is phi,
     the ratio of a reading's weight to that of its neighbour nearer by. The recorded rates are `delay_s` ± `delay_sd_s`
-    late.
+    late. With `by_readings` no rates were recorded, or none that agree with the readings (`rate_of_readings`).
     """
 
     gravity: Array
@@ -63,6 +63,7 @@ class AttitudeFit:
     keeps: float
     delay_s: float
     delay_sd_s: float
+    by_readings: bool = False
 
     def of_mean(self, weight: Array) -> float:
         """Returns the standard deviation (rad) of the mean over successive readings.

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shared.vectors import cross
-from station.diagnosis.observations.attitude_fit import fitted
+from station.diagnosis.observations.attitude_fit import AttitudeFit, fitted
 from station.diagnosis.observations.cubics import Cubics, Indices, spline_slopes
+from station.diagnosis.observations.rate_of_readings import agree, of_readings
 from station.physics.contact import Array
 from station.physics.reversals import rising, turned_at
 from station.signals.pivot import pivot_in_plate
@@ -102,8 +103,8 @@ def turned(vectors: Array, way: Array) -> Array:
 class PlateMotion:
     """Interpolates the recorded attitude: gravity by cubics through its values and rates, the rates by a spline.
 
-    Values and rates are those that `fitted` (attitude_fit) makes of the recorded ones; `fit` is None if there are too
-    few.
+    Values and rates are those that `fitted` (attitude_fit) makes of the recorded ones, or `of_readings` of the values
+    alone; `fit` is None if there are too few.
 
     The accelerations are differences of the former's slopes, or else the slopes of the latter.
 
@@ -115,11 +116,12 @@ class PlateMotion:
         known = attitude.known()
         self._origin = int(known.time_ns[0]) if len(known) else 0
         self._time_s: Array = np.asarray((known.time_ns - self._origin) * 1e-9, dtype=np.float64)
-        rate, read = _rate(known, self._time_s), known.gravity
+        rate, read = np.nan_to_num(known.rate_rad_s), known.gravity
         gravity = read
-        self.fit = fitted(self._time_s, read, rate) if len(known) > 2 else None
+        self.fit = _fit(self._time_s, read, rate) if len(known) > 2 else None
         if self.fit is not None:
             rate, gravity = self.fit.rate_rad_s, self.fit.gravity
+            read = gravity if self.fit.by_readings else read
         slopes = spline_slopes(self._time_s, rate)
         self._rates = Cubics(self._time_s, rate, slopes.__getitem__)
         self._gravity = Cubics(self._time_s, gravity, partial(_turning, gravity, rate)) if len(known) > 1 else None
@@ -257,12 +259,11 @@ class PlateMotion:
         return np.where(index >= 0, (now - self._steps_ns[np.maximum(index, 0)]) * 1e-9, 1e3)
 
 
-def _rate(known: AttitudeTrack, time_s: Array) -> Array:
-    """Gives the recorded rates (n, 3), or without any those of the gravity vector (a turn about gravity is unseen)."""
-    if len(known) < 3 or np.any(known.rate_rad_s != 0):
-        return np.nan_to_num(known.rate_rad_s)
-    gravity = known.gravity
-    return -cross(gravity, np.gradient(gravity, time_s, axis=0))
+def _fit(time_s: Array, gravity: Array, rate_rad_s: Array) -> AttitudeFit:
+    """Returns what the recorded gravity and rates (n, 3) say together, or gravity alone where the rates say nothing."""
+    if len(time_s) < LEAST_READINGS or agree(rate_rad_s, gravity, time_s):
+        return fitted(time_s, gravity, rate_rad_s)
+    return of_readings(time_s, gravity)
 
 
 def _turning(gravity: Array, rates: Array, indices: Indices) -> Array:

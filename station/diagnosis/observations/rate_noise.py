@@ -44,41 +44,41 @@ def without_noise(rate_rad_s: Array) -> Array:
     Exact rates are returned as they are.
     """
     head = rate_rad_s[:ENOUGH]
-    noise = _noise(head)
+    noise = resting_noise(head)
     if not noise > 0.0:
         return rate_rad_s
-    moved = _moved(head, noise)
+    moved = changing(head, noise)
 
     def error(log_penalty: float) -> float:
-        left = np.diff(head - _smoothed(head, np.exp(log_penalty)), axis=0)[moved[1:]]
+        left = np.diff(head - smoothed(head, np.exp(log_penalty)), axis=0)[moved[1:]]
         return float(np.square(left).mean()) + 2.0 * noise**2 * _gain_of_steps(np.exp(log_penalty))
 
     best = minimize_scalar(error, bounds=LOG_PENALTIES, method="bounded", options={"xatol": 0.1})
     as_it_is = 2.0 * noise**2 * _gain_of_steps(0.0)
-    return _smoothed(rate_rad_s, float(np.exp(best.x))) if best.fun < as_it_is else rate_rad_s
+    return smoothed(rate_rad_s, float(np.exp(best.x))) if best.fun < as_it_is else rate_rad_s
 
 
-def _noise(rate: Array) -> float:
-    """Returns the noise's standard deviation by the differences in stretches in which the plate rests."""
-    if len(rate) < STRETCH + ORDER:
+def resting_noise(values: Array) -> float:
+    """Returns the noise's standard deviation in values (n, 3), by stretches in which the plate rests."""
+    if len(values) < STRETCH + ORDER:
         return 0.0
     size = sum(comb(ORDER, k) ** 2 for k in range(ORDER + 1))
-    power = np.square(np.diff(rate, n=ORDER, axis=0)).mean(axis=1) / size
+    power = np.square(np.diff(values, n=ORDER, axis=0)).mean(axis=1) / size
     stretches = power[: len(power) // STRETCH * STRETCH].reshape(-1, STRETCH).mean(axis=1)
     return float(np.sqrt(np.quantile(stretches, QUIET) / OF_NOISE))
 
 
-def _moved(rate: Array, noise: float) -> NDArray[np.bool_]:
-    """Returns true (n,) for readings about which the rates change by more than their noise; for all if none are."""
-    step = np.diff(rate, axis=0, append=rate[-1:])
+def changing(values: Array, noise: float) -> NDArray[np.bool_]:
+    """Returns true (n,) for readings about which the values (n, 3) change by more than noise; for all if none do."""
+    step = np.diff(values, axis=0, append=values[-1:])
     power = uniform_filter1d(np.square(step).sum(axis=1), WINDOW)
-    clear = power > CLEAR * 2.0 * rate.shape[1] * noise**2
+    clear = power > CLEAR * 2.0 * values.shape[1] * noise**2
     return np.asarray(clear if clear.any() else np.ones_like(clear))
 
 
-def _smoothed(rate: Array, penalty: float) -> Array:
-    """Returns the rates (n, 3) that minimise the sum of both squares."""
-    return np.asarray(solveh_banded(_normal_equations(len(rate), penalty), rate))
+def smoothed(values: Array, penalty: float) -> Array:
+    """Returns the values (n, 3) that minimise the sum of both squares."""
+    return np.asarray(solveh_banded(_normal_equations(len(values), penalty), values))
 
 
 def _normal_equations(count: int, penalty: float) -> Array:
@@ -93,10 +93,15 @@ def _normal_equations(count: int, penalty: float) -> Array:
 
 
 def _gain_of_steps(penalty: float) -> float:
-    """Returns how much of white noise of variance 1 is in the product of the steps before and after the smoothing.
+    """Returns how much of white noise of variance 1 is in the product of the steps before and after the smoothing."""
+    return gain(penalty, steps=1)
 
-    That is the trace of D S D' by the number of readings, of which there are many, with D the steps from one to the
-    next and S the smoother.
+
+def gain(penalty: float, *, steps: int = 0) -> float:
+    """Returns how much of white noise of variance 1 is in the product of what was before the smoothing and after it.
+
+    Of differences of the order `steps` that is the trace of D S D' by the number of readings, of which there are many,
+    with D the differences and S the smoother.
     """
     step = 2.0 * np.sin((np.arange(_GAINS) + 0.5) / _GAINS * np.pi / 2.0)
-    return float(np.mean(step**2 / (1.0 + penalty * step ** (2 * ORDER))))
+    return float(np.mean(step ** (2 * steps) / (1.0 + penalty * step ** (2 * ORDER))))

@@ -22,7 +22,7 @@ from tests.proof.patch_world.cases import case_of_key, draw_ids, make_case
 from tests.proof.patch_world.session import Session
 from tests.proof.patch_world.truth import acted
 
-VERSION = 1
+VERSION = 2
 """The generator's version: another one may make other bytes of the same arguments."""
 KEY, TRUTH, RECORDING, RIG = "key.json", "truth", "session.mcap", "rig.toml"
 

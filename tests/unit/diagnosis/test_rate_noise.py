@@ -49,7 +49,7 @@ def test_the_noise_is_told_and_the_accelerations_get_better(
 ) -> None:
     """The more noise, the more there is to gain: steps of two degrees in a fifth of a second hide a little."""
     rate = noisy(noise_rad_s)
-    assert rate_noise._noise(rate) == pytest.approx(noise_rad_s, rel=0.1)  # pyright: ignore[reportPrivateUsage]
+    assert rate_noise.resting_noise(rate) == pytest.approx(noise_rad_s, rel=0.1)
     before, after = acceleration_error(rate), acceleration_error(without_noise(rate))
     assert after < ratio * before
     for order in (2, 3):
@@ -61,7 +61,7 @@ def test_the_noise_is_told_and_the_accelerations_get_better(
 def test_the_penalty_is_near_the_best() -> None:
     """No penalty of a grid makes the error smaller by more than a twentieth."""
     rate = noisy(1.3e-3)
-    smoothed = rate_noise._smoothed  # pyright: ignore[reportPrivateUsage]
+    smoothed = rate_noise.smoothed
     best = min(acceleration_error(smoothed(rate, penalty)) for penalty in np.geomspace(1e-4, 1e2, 25))
     assert acceleration_error(without_noise(rate)) < 1.15 * best
 
@@ -92,13 +92,13 @@ def test_noise_alone_is_taken_out() -> None:
 def test_polynomials_below_the_order_pass() -> None:
     time_s = np.linspace(0.0, 1.0, 200)
     cubic = np.column_stack([time_s**3 - time_s, 2.0 * time_s**2, 1.0 + time_s])
-    smoothed = rate_noise._smoothed(cubic, 100.0)  # pyright: ignore[reportPrivateUsage]
+    smoothed = rate_noise.smoothed(cubic, 100.0)
     assert np.abs(smoothed - cubic).max() < 1e-9
 
 
 def test_the_gain_of_steps_is_their_trace_by_the_number_of_readings() -> None:
     count, penalty = 1500, 0.7
-    smoother = rate_noise._smoothed(np.eye(count), penalty)  # pyright: ignore[reportPrivateUsage]
+    smoother = rate_noise.smoothed(np.eye(count), penalty)
     gain = rate_noise._gain_of_steps(penalty)  # pyright: ignore[reportPrivateUsage]
     assert np.trace(np.diff(np.diff(smoother, axis=0), axis=1)) / count == pytest.approx(gain, rel=0.02)
     assert rate_noise._gain_of_steps(0.0) == pytest.approx(2.0)  # pyright: ignore[reportPrivateUsage]
@@ -106,4 +106,4 @@ def test_the_gain_of_steps_is_their_trace_by_the_number_of_readings() -> None:
 
 def test_the_quantile_of_noise_alone_is_what_is_said() -> None:
     noise = 2e-3 * np.random.default_rng(3).standard_normal((200_000, 3))
-    assert rate_noise._noise(noise) == pytest.approx(2e-3, rel=0.01)  # pyright: ignore[reportPrivateUsage]
+    assert rate_noise.resting_noise(noise) == pytest.approx(2e-3, rel=0.01)

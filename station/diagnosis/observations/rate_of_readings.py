@@ -1,0 +1,65 @@
+"""The plate's rates by the readings of its attitude, for an arm that records none, or none that agree with them.
+
+A difference of two readings 10 ms apart has 140 times their noise, 1/s, and the accelerations as much again. Gravity's
+components are smoothed first, as the rates of an arm that records them (`rate_noise`), by the penalty that predicts
+left-out readings best: generalised cross-validation (Craven and Wahba 1979, Numerische Mathematik 31, 377) over the
+readings about which the plate moves. Cheap servos tell angles to .09 degrees, and at rest they say nothing of that.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from shared.vectors import cross
+from station.diagnosis.observations.attitude_fit import AttitudeFit
+from station.diagnosis.observations.rate_noise import (
+    ENOUGH,
+    LOG_PENALTIES,
+    changing,
+    gain,
+    resting_noise,
+    smoothed,
+)
+from station.physics.contact import Array
+
+
+def of_readings(time_s: Array, gravity: Array) -> AttitudeFit:
+    """Returns gravity and rates by the readings of gravity's unit vectors (n, 3) at equal intervals, `time_s` (n,).
+
+    A turn about gravity is unseen. The readings have no other use: what they have beside the smooth motion is noise.
+    """
+    penalty = _penalty(gravity[:ENOUGH])
+    smooth = smoothed(gravity, penalty)
+    smooth /= np.linalg.norm(smooth, axis=1, keepdims=True)
+    own = gain(penalty)
+    noise = float(np.sqrt(np.square(gravity - smooth)[:, :2].mean() / (1.0 - own)))
+    return AttitudeFit(
+        gravity=smooth,
+        rate_rad_s=-cross(smooth, np.gradient(smooth, time_s, axis=0)),
+        sigma_rad=np.full(len(time_s), noise * np.sqrt(own)),
+        noise_rad=noise,
+        keeps=(1.0 - own) / (1.0 + own),
+        delay_s=0.0,
+        delay_sd_s=np.inf,
+        by_readings=True,
+    )
+
+
+def _penalty(gravity: Array) -> float:
+    """Returns the penalty that predicts readings (n, 3) best from the others, where the plate moves."""
+    moving = changing(gravity, resting_noise(gravity))
+
+    def missed(log_penalty: float) -> float:
+        left = (gravity - smoothed(gravity, np.exp(log_penalty)))[moving]
+        return float(np.square(left).mean()) / (1.0 - gain(np.exp(log_penalty))) ** 2
+
+    return float(np.exp(minimize_scalar(missed, bounds=LOG_PENALTIES, method="bounded", options={"xatol": 0.1}).x))
+
+
+def agree(rate_rad_s: Array, gravity: Array, time_s: Array) -> bool:
+    """Returns true if the steps of gravity (n, 3) are told better by the rates (n, 3) than by rates of 0."""
+    turning = -cross(rate_rad_s, gravity)
+    steps = np.diff(gravity, axis=0)
+    told = 0.5 * (turning[1:] + turning[:-1]) * np.diff(time_s)[:, None]
+    return bool(np.square(steps - told).sum() < np.square(steps).sum())
