@@ -106,7 +106,8 @@ def _likeliest(values: Array, sigma: Array, place_m: Array | None, starts: Bools
     def cost(inner: Array) -> float:
         one = sizes(inner)
         variance = (sigma * one.factor) ** 2 + one.row**2
-        return float(minus_log_likelihood(values, variance, places, starts, one.group**2, one.wander**2, one.reach_m))
+        own, wander = one.group**2, one.wander**2
+        return float(minus_log_likelihood(values, variance, places, starts, own, wander, one.reach_m, False))
 
     begin = np.log([0.3, 0.3, 0.5, 0.5, 1.0])[: 3 if place_m is None else 5]
     return sizes(simplex(cost, begin, np.array([-1.0, -1.0, -1.0, -1.0, 1.5])[: len(begin)], evaluations=STEPS))

@@ -12,6 +12,7 @@ import numpy as np
 
 from station.compiled import compiled
 from station.diagnosis.likelihood.noise import Noise
+from station.diagnosis.likelihood.wander import Wander
 from station.diagnosis.observations.channel import ONSET, Channel
 from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array, Bools
@@ -46,14 +47,14 @@ class Whitening:
         if shaking is not None:
             variance[: len(shaking)] += shaking**2
         shared, own = _loads(evidence, noise, self.channel)
-        place, size, reach = _wandering(evidence, noise)
+        wandering = _wandering(evidence, noise)
         self.block: Index = evidence.block[self.run]
         self._order = np.argsort(self.block, kind="stable")
         self._edges = np.searchsorted(self.block[self._order], np.arange(evidence.runs + 1))
         sizes = np.diff(self._edges)
         self._factors = np.zeros(int((sizes**2).sum()))
         self._factor_begins = np.concatenate([[0], np.cumsum(sizes**2)])
-        rows = np.column_stack([variance, shared, own, place, size, reach, self.channel])[self._order]
+        rows = np.column_stack([variance, shared, own, self.channel, wandering])[self._order]
         log_size, self._begins = np.zeros(len(self.run)), np.zeros(len(self.run), dtype=np.int64)
         _factorise(rows, self._edges, self._factor_begins, self._factors, self._begins, log_size)
         self.log_scale: Array = np.bincount(self.run[self._order], log_size, evidence.runs).astype(np.float64)
@@ -93,10 +94,10 @@ class Whitening:
 def _factorise(rows: Any, edges: Any, places: Any, factors: Any, begins: Any, log_size: Any) -> None:
     """Writes the Cholesky factors of all blocks' covariances to `factors`, and their diagonals' logs to `log_size`.
 
-    `rows` (rows, 7) are, block by block, the variance, the loads of the shared friction and of the channel's random
-    effect, the place along the path, the wander's standard deviation and reach, and the channel. In its block a row has
-    no covariance with those before `begins` (rows,), which are written, too, and so none of their factors (an envelope:
-    George & Liu 1981, Computer Solution of Large Sparse Positive Definite Systems, ch. 4).
+    `rows` (rows, 8) are, block by block, the variance, the loads of the shared friction and of the channel's random
+    effect, the channel, the place along the path, and the wander's standard deviation, reach and smoothness. In its
+    block a row has no covariance with those before `begins` (rows,), which are written, too, and so none of their
+    factors (an envelope: George & Liu 1981, Computer Solution of Large Sparse Positive Definite Systems, ch. 4).
     """
     for run in range(len(edges) - 1):
         block = rows[edges[run] : edges[run + 1]]
@@ -106,16 +107,17 @@ def _factorise(rows: Any, edges: Any, places: Any, factors: Any, begins: Any, lo
         for i in range(size):
             begin[i] = i
             for j in range(i):
-                if block[i, 6] == block[j, 6] or (block[i, 1] != 0.0 and block[j, 1] != 0.0):
+                if block[i, 3] == block[j, 3] or (block[i, 1] != 0.0 and block[j, 1] != 0.0):
                     begin[i] = j
                     break
             for j in range(begin[i], i + 1):
                 a, b = block[i], block[j]
                 total = a[1] * b[1] + (a[0] if i == j else 0.0)
-                if a[6] == b[6]:
+                if a[3] == b[3]:
                     total += a[2] * b[2]
-                    if a[4] > 0.0:
-                        total += a[4] ** 2 * np.exp(-abs(a[3] - b[3]) / a[5])
+                    if a[5] > 0.0:
+                        apart = abs(a[4] - b[4]) / a[6]
+                        total += a[5] ** 2 * np.exp(-apart) * (1.0 + a[7] * apart)
                 for k in range(max(begin[i], begin[j]), j):
                     total -= factor[i, k] * factor[j, k]
                 factor[i, j] = np.sqrt(total) if i == j else total / factor[j, j]
@@ -162,18 +164,18 @@ def _is_of_rows(evidence: Evidence, channel: Channel) -> bool:
     return channel.name == ONSET or evidence.group is not None
 
 
-def _wandering(evidence: Evidence, noise: Noise) -> tuple[Array, Array, Array]:
-    """Returns the place along the path (rows,), and the wander's standard deviation and reach.
+def _wandering(evidence: Evidence, noise: Noise) -> Array:
+    """Returns the place along the path, and the wander's standard deviation, reach and smoothness (rows, 4).
 
-    They are 0, 0, 1 where there is none.
+    They are 0, 0, 1, 0 where there is none.
     """
-    places, sizes, reaches = list[Array](), list[Array](), list[Array]()
+    found = list[Array]()
     for channel in evidence.channels:
-        wander, some = noise.wander.get(channel.name), np.ones(len(channel))
-        places.append(0.0 * some if channel.travelled_m is None else channel.travelled_m)
-        sizes.append((0.0 if wander is None else wander.sd) * some)
-        reaches.append((1.0 if wander is None else wander.reach_m) * some)
-    return np.concatenate(places), np.concatenate(sizes), np.concatenate(reaches)
+        wander = noise.wander.get(channel.name, Wander(0.0, 1.0))
+        place = np.zeros(len(channel)) if channel.travelled_m is None else channel.travelled_m
+        numbers = np.array([wander.sd, wander.reach_m, wander.smooth])
+        found.append(np.column_stack([place, np.broadcast_to(numbers, (len(channel), 3))]))
+    return np.concatenate(found)
 
 
 def stack(evidence: Evidence, parts: Mapping[str, Array]) -> Array:

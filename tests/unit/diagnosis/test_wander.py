@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import multivariate_normal
 
 from station.diagnosis.likelihood.noise import estimate_noise
-from station.diagnosis.likelihood.wander import Wander, wanders
+from station.diagnosis.likelihood.wander import Wander, minus_log_likelihood, wanders
 from station.diagnosis.likelihood.whitening import Whitening, stack
 from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.evidence import Evidence
@@ -39,11 +40,35 @@ def _drawn(evidence: Evidence, planted: Wander, rng: np.random.Generator) -> dic
     return drawn | {"along": values}
 
 
+@pytest.mark.parametrize("smooth", [False, True])
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_what_was_planted_is_found(seed: int) -> None:
+def test_what_was_planted_is_found(seed: int, smooth: bool) -> None:
     evidence = _evidence()
-    found = wanders(evidence, _drawn(evidence, Wander(0.03, 5e-3), np.random.default_rng(seed)))["along"]
+    found = wanders(evidence, _drawn(evidence, Wander(0.03, 5e-3, smooth), np.random.default_rng(seed)))["along"]
     assert 0.015 < found.sd < 0.06
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+def test_the_filters_likelihood_is_that_of_the_gaussian(smooth: bool) -> None:
+    """Two runs of five rows, each with a level and a process of its own."""
+    rng, wander, own = np.random.default_rng(7), Wander(0.8, 2.0, smooth), 0.3
+    place = np.concatenate([np.cumsum(rng.uniform(0.1, 3.0, 5)) for _ in range(2)])
+    values, rows = rng.standard_normal(10), rng.uniform(0.1, 0.5, 10)
+    starts = np.arange(10) % 5 == 0
+    said = minus_log_likelihood(values, rows, place, starts, own**2, wander.sd**2, wander.reach_m, smooth)
+    dense = 0.0
+    for run in (slice(0, 5), slice(5, 10)):
+        covariance = wander.shared(place[run, None] - place[None, run]) + own**2 + np.diag(rows[run])
+        dense -= multivariate_normal(np.zeros(5), covariance).logpdf(values[run]) + 2.5 * np.log(2.0 * np.pi)
+    assert said == pytest.approx(dense, rel=1e-9)
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+def test_smooth_friction_is_told_from_rough(smooth: bool) -> None:
+    """In sessions drawn of either the likelier is mostly the right one."""
+    evidence = _evidence()
+    drawn = [_drawn(evidence, Wander(0.05, 6e-3, smooth), np.random.default_rng(seed)) for seed in range(8)]
+    assert sum(wanders(evidence, one)["along"].smooth == smooth for one in drawn) >= 6
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
@@ -64,9 +89,9 @@ def test_a_law_that_all_runs_share_is_no_wander() -> None:
     assert found.sd < 0.01  # half of what the law changes from one window to the next
 
 
-def test_wander_is_whitened_away() -> None:
+@pytest.mark.parametrize("planted", [Wander(0.05, 2e-2), Wander(0.05, 8e-3, smooth=True)])
+def test_wander_is_whitened_away(planted: Wander) -> None:
     """Neighbouring windows of a run err alike before, and independently after."""
-    planted = Wander(0.05, 2e-2)
     evidence, both = _evidence(), list[float]()
     for wander in ({"along": planted}, {}):
         products = []
