@@ -138,43 +138,32 @@ def minus_log_likelihood(
     the level (Durbin & Koopman 2012, Time Series Analysis by State Space Methods, ch. 4); a process that is not
     `smooth` has no slope (Hartikainen and Särkkä 2010, IEEE MLSP, 379, for one that is).
     """
-    total, state, spread = 0.0, np.zeros(3), np.zeros((3, 3))
+    total = 0.0
+    w = v = b = p_ww = p_wv = p_wb = p_vv = p_vb = p_bb = 0.0
+    slope = wander if smooth else 0.0
     for i in range(len(values)):
         if starts[i]:
-            state[:] = 0.0
-            spread[:] = 0.0
-            spread[0, 0], spread[1, 1], spread[2, 2] = wander, wander * smooth, own
+            w = v = b = p_wv = p_wb = p_vb = 0.0
+            p_ww, p_vv, p_bb = wander, slope, own
         else:
+            # The process has the same variance everywhere: what its past does not tell of it is P - F P F'.
             apart = abs(place[i] - place[i - 1]) / reach_m
-            _go_on(state, spread, wander, apart, smooth)
-        along = spread[:, 0] + spread[:, 2]
-        variance = along[0] + along[2] + rows[i] + 1e-30
-        left = values[i] - state[0] - state[2]
+            kept, bent = np.exp(-apart), apart if smooth else 0.0
+            f, g, h = kept * (1.0 + bent), kept * bent, kept * (1.0 - bent)
+            w, v = f * w + g * v, h * v - g * w
+            d_ww, d_vv = p_ww - wander, p_vv - slope
+            p_ww = wander + f * f * d_ww + 2.0 * f * g * p_wv + g * g * d_vv
+            p_wv, p_vv = (
+                (f * h - g * g) * p_wv + g * h * d_vv - f * g * d_ww,
+                slope + h * h * d_vv - 2.0 * g * h * p_wv + g * g * d_ww,
+            )
+            p_wb, p_vb = f * p_wb + g * p_vb, h * p_vb - g * p_wb
+        of_w, of_v, of_b = p_ww + p_wb, p_wv + p_vb, p_wb + p_bb
+        variance = of_w + of_b + rows[i] + 1e-30
+        left = values[i] - w - b
         total += 0.5 * (left * left / variance + np.log(variance))
-        for j in range(3):
-            state[j] += along[j] / variance * left
-            for k in range(3):
-                spread[j, k] -= along[j] * along[k] / variance
+        gain = left / variance
+        w, v, b = w + of_w * gain, v + of_v * gain, b + of_b * gain
+        p_ww, p_wv, p_wb = p_ww - of_w * of_w / variance, p_wv - of_w * of_v / variance, p_wb - of_w * of_b / variance
+        p_vv, p_vb, p_bb = p_vv - of_v * of_v / variance, p_vb - of_v * of_b / variance, p_bb - of_b * of_b / variance
     return total
-
-
-@compiled
-def _go_on(state: Any, spread: Any, wander: float, apart: float, smooth: bool) -> None:
-    """Changes a state (3,) and its covariance (3, 3) into those `apart` reaches farther along the path.
-
-    The process has the variance `wander` everywhere: what its past does not tell of it is Q = P - F P F'.
-    """
-    kept, bent = np.exp(-apart), apart * smooth
-    f = kept * np.array([[1.0 + bent, bent], [-bent, 1.0 - bent]])
-    went = np.array([f[0, 0] * state[0] + f[0, 1] * state[1], f[1, 0] * state[0] + f[1, 1] * state[1]])
-    state[:2] = went
-    old = spread.copy()
-    for j in range(2):
-        spread[j, 2] = spread[2, j] = f[j, 0] * old[0, 2] + f[j, 1] * old[1, 2]
-        for k in range(2):
-            new = wander if j == k and (j == 0 or smooth) else 0.0
-            for a in range(2):
-                for b in range(2):
-                    still = wander if a == b and (a == 0 or smooth) else 0.0
-                    new += f[j, a] * (old[a, b] - still) * f[k, b]
-            spread[j, k] = new
