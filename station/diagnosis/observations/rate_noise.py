@@ -59,7 +59,7 @@ def without_noise(rate_rad_s: Array) -> Array:
 
 
 def resting_noise(values: Array) -> float:
-    """Returns the noise's standard deviation in values (n, 3), by stretches in which the plate rests."""
+    """Returns the noise's standard deviation by stretches in which the plate rests, in the unit of `values` (n, 3)."""
     if len(values) < STRETCH + ORDER:
         return 0.0
     size = sum(comb(ORDER, k) ** 2 for k in range(ORDER + 1))
@@ -69,7 +69,10 @@ def resting_noise(values: Array) -> float:
 
 
 def changing(values: Array, noise: float) -> NDArray[np.bool_]:
-    """Returns true (n,) for readings about which the values (n, 3) change by more than noise; for all if none do."""
+    """Returns true (n,) for readings about which `values` (n, 3) change by more than noise; for all if none do.
+
+    `noise` is their standard deviation, in the values' unit.
+    """
     step = np.diff(values, axis=0, append=values[-1:])
     power = uniform_filter1d(np.square(step).sum(axis=1), WINDOW)
     clear = power > CLEAR * 2.0 * values.shape[1] * noise**2
@@ -77,7 +80,7 @@ def changing(values: Array, noise: float) -> NDArray[np.bool_]:
 
 
 def smoothed(values: Array, penalty: float) -> Array:
-    """Returns the values (n, 3) that minimise the sum of both squares."""
+    """Returns the values (n, 3), in their own unit, that minimise the sum of both squares for given `values` (n, 3)."""
     return np.asarray(solveh_banded(_normal_equations(len(values), penalty), values))
 
 

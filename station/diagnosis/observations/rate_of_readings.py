@@ -25,9 +25,13 @@ from station.physics.contact import Array
 
 
 def of_readings(time_s: Array, gravity: Array) -> AttitudeFit:
-    """Returns gravity and rates by the readings of gravity's unit vectors (n, 3) at equal intervals, `time_s` (n,).
+    """Returns gravity and rates by the readings alone; what these have beside the smooth motion is noise.
 
-    A turn about gravity is unseen. The readings have no other use: what they have beside the smooth motion is noise.
+    A turn about gravity is unseen.
+
+    Args:
+        time_s: (n,) times of the readings, s, at equal intervals.
+        gravity: (n, 3) unit vectors in P.
     """
     penalty = _penalty(gravity[:ENOUGH])
     smooth = smoothed(gravity, penalty)
@@ -58,7 +62,13 @@ def _penalty(gravity: Array) -> float:
 
 
 def agree(rate_rad_s: Array, gravity: Array, time_s: Array) -> bool:
-    """Returns true if the steps of gravity (n, 3) are told better by the rates (n, 3) than by rates of 0."""
+    """Returns true if rates tell the steps of gravity better than rates of 0.
+
+    Args:
+        rate_rad_s: (n, 3) the recorded rates in P, rad/s.
+        gravity: (n, 3) unit vectors in P.
+        time_s: (n,) times of the readings, s.
+    """
     turning = -cross(rate_rad_s, gravity)
     steps = np.diff(gravity, axis=0)
     told = 0.5 * (turning[1:] + turning[:-1]) * np.diff(time_s)[:, None]

@@ -57,7 +57,7 @@ class Stretches:
         return self.moments.loads(model).contact
 
     def means(self, values: Array) -> Array:
-        """Returns the means (n, ...) of values (m, ...) in each stretch."""
+        """Returns the means (n,) or (n, 3) of `values` (m,) or (m, 3) in each stretch, in their unit."""
         sums = np.add.reduceat(values, self._begins, axis=0)
         return sums / self._count.reshape(-1, *[1] * (values.ndim - 1))
 
@@ -72,7 +72,7 @@ class Lateness:
         self._share = (1.0 - 1.0 / np.sqrt(1.0 + square)) / max(square, np.finfo(float).tiny)
 
     def less(self, residual: Array) -> Array:
-        """Returns residuals (n,), rad, whose covariance the lateness has made σ² + s² r rᵀ, as if it were σ² again."""
+        """Returns residuals (n,), rad, with the covariance σ² again, of a `residual` (n,), rad, that has σ² + s² r rᵀ."""
         return residual - self._sigma * self._late * (self._share * (self._late @ (residual / self._sigma)))
 
 

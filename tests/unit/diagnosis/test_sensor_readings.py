@@ -81,7 +81,7 @@ ERRORS = [
 @pytest.mark.parametrize("askew_deg", [(0.0, 0.0, 0.0), (0.7, -0.4, 2.0), (3.0, 5.0, -10.0)])
 @pytest.mark.parametrize("true", [model(), *ERRORS])
 def test_the_sensors_turn_is_no_error_of_the_arm(true: Model, askew_deg: tuple[float, float, float]):
-    """What is left is the same however the sensor is turned, and nothing under the model that is true."""
+    """The rest is the same however the sensor is turned, and it is nothing under the model that is true."""
     straight, turned = read(true, ROUND, (0.0, 0.0, 0.0)), read(true, ROUND, askew_deg)
     for plain, other in ((straight.along, turned.along), (straight.across, turned.across)):
         assert np.abs(other(true)).max() < EXACT_RAD
@@ -97,7 +97,7 @@ def test_an_error_of_the_arm_is_seen_beside_it(true: Model):
 
 
 def test_an_offset_is_told_in_opposite_directions_alone():
-    """In one direction the sensor may as well be turned about the tilt's axis."""
+    """A sensor that sees one direction may as well be turned about the tilt's axis."""
     true = model("angle_scale", offset_rad=0.006)
     there, back = read(true, ROUND[:1], (0.0, 0.0, 0.0)), read(true, (ROUND[0], ROUND[2]), (0.0, 0.0, 0.0))
     assert np.abs(there.along(model())).max() < EXACT_RAD
@@ -130,7 +130,7 @@ def test_a_plate_in_another_mount_turns_the_sensor_otherwise():
     assert np.abs(found.across(model())).max() < EXACT_RAD
 
 
-def test_what_a_late_sensor_leaves_has_the_covariance_of_its_noise():
+def test_the_rest_of_a_late_sensor_has_the_covariance_of_its_noise():
     """The quadratic form is that of the Gaussian with the lateness in its covariance."""
     rng = np.random.default_rng(20261130)
     rate, sigma, residual = rng.uniform(-1.0, 0.2, 9), rng.uniform(1e-4, 3e-4, 9), 1e-3 * rng.standard_normal(9)

@@ -65,7 +65,7 @@ def test_the_filters_likelihood_is_that_of_the_gaussian(smooth: bool) -> None:
 
 @pytest.mark.parametrize("smooth", [False, True])
 def test_smooth_friction_is_told_from_rough(smooth: bool) -> None:
-    """In sessions drawn of either the likelier is mostly the right one."""
+    """The likelier is mostly the right one, in sessions drawn of either."""
     evidence = _evidence()
     drawn = [_drawn(evidence, Wander(0.05, 6e-3, smooth), np.random.default_rng(seed)) for seed in range(8)]
     assert sum(wanders(evidence, one)["along"].smooth == smooth for one in drawn) >= 6
