@@ -72,7 +72,7 @@ class Lateness:
         self._share = (1.0 - 1.0 / np.sqrt(1.0 + square)) / max(square, np.finfo(float).tiny)
 
     def less(self, residual: Array) -> Array:
-        """Returns residuals (n,), rad, with the covariance σ² again, of a `residual` (n,), rad, that has σ² + s² r rᵀ."""
+        """Returns residuals (n,), rad, of covariance σ² again, for a `residual` (n,), rad, that has σ² + s² r rᵀ."""
         return residual - self._sigma * self._late * (self._share * (self._late @ (residual / self._sigma)))
 
 
