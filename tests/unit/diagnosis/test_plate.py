@@ -9,7 +9,8 @@ import pytest
 
 from shared.geometry import Array
 from station.diagnosis.observations.plate import PlateMotion
-from station.signals.tracks import AttitudeTrack, MotionTrack
+from station.signals import tracks
+from station.signals.tracks import TOGETHER, AttitudeTrack, MotionTrack
 
 HZ, STEPS, STEP_S = 100.0, 40, 0.4037
 RATE_RAD_S, ACCELERATION_RAD_S2 = math.radians(5.0), math.radians(200.0)
@@ -26,14 +27,21 @@ def _course(time_s: Array) -> tuple[Array, Array, Array]:
     return np.interp(time_s, fine, tilt), np.interp(time_s, fine, rate), np.interp(time_s, fine, speeding)
 
 
-def moving_plate(*, noise_rad: float = 0.0, late_s: float = 0.0) -> PlateMotion:
-    """Returns a plate's motion from readings at HZ, their rates as late as a filter makes them."""
+def moving_plate(*, noise_rad: float = 0.0, late_s: float = 0.0, in_bursts: bool = False) -> PlateMotion:
+    """Returns a plate's motion from readings at HZ, their rates as late as a filter makes them.
+
+    With `in_bursts` every fortieth is stamped as late as the next one but for 2 µs, and the rates have noise.
+    """
     time_s = np.arange(0.0, STEPS * STEP_S, 1.0 / HZ)
     tilt, rate = _course(time_s)[0], _course(np.maximum(time_s - late_s, 0.0))[1]
     tilt = tilt + np.random.default_rng(3).normal(0.0, noise_rad, len(tilt))
     zero = np.zeros_like(tilt)
+    stamp_s = time_s.copy()
+    if in_bursts:
+        stamp_s[5:-1:40] = stamp_s[6::40] - 2e-6
+        rate = rate + np.random.default_rng(4).normal(0.0, 5e-3, len(rate))
     attitude = AttitudeTrack(
-        time_ns=np.round(time_s * 1e9).astype(np.int64),
+        time_ns=np.round(stamp_s * 1e9).astype(np.int64),
         quaternion=np.column_stack([np.cos(tilt / 2), zero, np.sin(tilt / 2), zero]),
         rate_rad_s=np.column_stack([zero, rate, zero]),
         pivot_m=np.zeros((len(tilt), 3)),
@@ -103,3 +111,14 @@ def test_a_mean_over_few_readings_has_a_standard_error(readings: int) -> None:
     weight = 1.0 - np.linspace(-1.0, 1.0, 9) ** 2
     sigma_rad = motion.mean_sigma_rad(weight, readings / HZ)
     assert 0.0 < sigma_rad <= motion.fit.noise_rad
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0, 2.0])
+def test_readings_that_are_stamped_together_make_no_wild_tilts(share: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What lies 10 ms apart changes five thousand times too fast within 2 µs."""
+    monkeypatch.setattr(tracks, "TOGETHER", share * TOGETHER)
+    time_s = np.arange(0.5, STEPS * STEP_S - 0.5, 1.3e-3)
+    seen = moving_plate(noise_rad=1e-4, in_bursts=True).at(np.round(time_s * 1e9).astype(np.int64))
+    error_rad = float(np.sqrt(np.square(seen.tilt_rad - _course(time_s)[0]).mean()))
+    print(f"\n{share * TOGETHER:g} of the interval: {error_rad:.1e} rad", end="")
+    assert (error_rad < 3e-4) == (share > 0.0)
