@@ -13,8 +13,12 @@ from station.diagnosis.observations.breakaway_tables import Along, Laws
 from station.physics.contact import Array
 
 UNLIKELY = -1e9
-"""The log likelihood of a path whose slope by D overflows, as where friction falls steeply at next to no speed. A
-moment of slip that is no number would be looked up beyond the tables."""
+"""The log likelihood of a path that runs away, as where friction falls steeply at next to no speed. A moment of slip
+that is no number would be looked up beyond the tables."""
+
+MOST_SQUARE = 1e-3 / float(np.finfo(np.float64).eps)
+"""A path has run away if its residuals' squares, over the noise, sum to more: what the columns explain of them is known
+within their rounding only, and a law of drag -5 /s had the log likelihood 1.7e23."""
 
 
 def log_likelihoods(tried: Array, rows: Any, laws: Laws) -> Array:
@@ -54,7 +58,7 @@ def columns(rows: Any, run: int, begin: int, laws: Any, left: Any, slope: Any, c
 def marginal(value: Any, one: Any, two: Any, size: int) -> float:
     """Returns the log likelihood of values (n,): a level, Gaussians times columns `one` and `two`, and unit noise.
 
-    It is UNLIKELY where the columns are too large for it.
+    It is UNLIKELY where values or columns are too large for it.
     """
     level = mean_one = mean_two = 0.0
     for i in range(size):
@@ -75,4 +79,4 @@ def marginal(value: Any, one: Any, two: Any, size: int) -> float:
     volume = one_one * two_two - one_two * one_two
     explained = (two_two * at_one * at_one - 2.0 * one_two * at_one * at_two + one_one * at_two * at_two) / volume
     found = -0.5 * (square - explained + np.log(volume))
-    return found if np.isfinite(found) else UNLIKELY
+    return found if np.isfinite(found) and square < MOST_SQUARE else UNLIKELY

@@ -40,6 +40,13 @@ def test_columns_that_are_too_large_make_a_moment_unlikely(size: float) -> None:
     assert found == UNLIKELY or size < 1e150
 
 
+@pytest.mark.parametrize("size", [1e20, 1e70])
+def test_a_path_that_runs_away_is_unlikely(size: float) -> None:
+    """It runs away as its slope by D does, and what that explains of it was more than all of it by rounding."""
+    two = np.linspace(0.0, 1.0, 9) ** 2 * size
+    assert all(marginal(two * share, np.linspace(0.0, 1.0, 9), two.copy(), 9) == UNLIKELY for share in (0.3, 1.0, 1.7))
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_moments_stay_numbers_whatever_the_law(seed: int) -> None:
     known = paths(session((0.0, 0.0, 0.0)))
