@@ -13,17 +13,19 @@ from station.physics.model import Model
 class Sensor(Channel):
     """Another angle sensor minus the arm's attitude, rad, less what the sensor's mounting explains.
 
-    Rows are means of readings. `off` gives their residuals (n,) under a model. `mounted` is true if the mounting
-    leaves their common level as it is.
+    Rows are means of readings, and `off` gives their residuals (n,), rad, under a model. Their `level_tells` if the
+    mounting leaves it as it is.
     """
 
     phase: str = "pre-slip"
     unit: str = "rad"
     trusted: float = thresholds.ANGLE_TRUSTED_RAD
 
-    def __init__(self, rows: Rows, source: str, title: str, off: Callable[[Model], Array], *, mounted: bool) -> None:
+    def __init__(
+        self, rows: Rows, source: str, title: str, off: Callable[[Model], Array], *, level_tells: bool
+    ) -> None:
         super().__init__(rows)
-        self.name, self.title, self.level_tells = f"sensor:{source}", title, mounted
+        self.name, self.title, self.level_tells = f"sensor:{source}", title, level_tells
         self._off = off
 
     def residual(self, model: Model) -> Array:

@@ -79,8 +79,8 @@ def _directed(
     )
     title = f"the angle sensor {source}"
     return (
-        Sensor(rows, source, title, read.along, mounted=True),
-        Sensor(rows, f"{source}:across", f"{title}, across the slope,", read.across, mounted=False),
+        Sensor(rows, source, title, read.along, level_tells=True),
+        Sensor(rows, f"{source}:across", f"{title}, across the slope,", read.across, level_tells=False),
     )
 
 
@@ -92,7 +92,7 @@ def _undirected(
     rows = _rows(recorded, track.time_ns, stretches, apart=apart_rad[:, None], asked=asked)
     mount_rad = recorded.facts.mount_rad[rows.run]
     read = Tilts(_means(apart_rad, stretches), stretches=asked, sigma=rows.sigma, mount_rad=mount_rad)
-    return (Sensor(rows, source, f"the angle sensor {source}", read.along, mounted=False),)
+    return (Sensor(rows, source, f"the angle sensor {source}", read.along, level_tells=False),)
 
 
 def _stretches(run: RunTrack, time_ns: Times, reported: Attitude) -> Iterator[Times]:
