@@ -115,7 +115,7 @@ def test_a_mean_over_few_readings_has_a_standard_error(readings: int) -> None:
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0, 2.0])
 def test_readings_that_are_stamped_together_make_no_wild_tilts(share: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What lies 10 ms apart changes five thousand times too fast within 2 µs."""
+    """Readings 10 ms apart change five thousand times too fast within 2 µs."""
     monkeypatch.setattr(tracks, "TOGETHER", share * TOGETHER)
     time_s = np.arange(0.5, STEPS * STEP_S - 0.5, 1.3e-3)
     seen = moving_plate(noise_rad=1e-4, in_bursts=True).at(np.round(time_s * 1e9).astype(np.int64))
