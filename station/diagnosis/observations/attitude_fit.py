@@ -83,7 +83,7 @@ def fitted(time_s: Array, gravity: Array, rate_rad_s: Array) -> AttitudeFit:
         gravity: (n, 3) unit vectors in P.
         rate_rad_s: (n, 3) recorded rates in P, rad/s.
     """
-    parts, quiet = _parts(time_s), without_noise(rate_rad_s)
+    parts, quiet = parts_of(time_s), without_noise(rate_rad_s)
     late = min((_late(form, time_s, gravity, quiet, parts) for form in FORMS), key=lambda one: one.missed)
     level, slope = _level(time_s, gravity, late.rate, parts)
     filtered = _filtered(time_s, level, slope, parts)
@@ -106,8 +106,8 @@ def fitted(time_s: Array, gravity: Array, rate_rad_s: Array) -> AttitudeFit:
     )
 
 
-def _parts(time_s: Array) -> list[slice]:
-    """Returns the stretches of readings without a gap."""
+def parts_of(time_s: Array) -> list[slice]:
+    """Returns the stretches of readings without a gap, by their times `time_s` (n,), s."""
     step_s = np.diff(time_s)
     ends = np.flatnonzero(step_s > GAP * np.median(step_s)) + 1
     edges = [0, *ends.tolist(), len(time_s)]

@@ -8,14 +8,18 @@ readings about which the plate moves. Cheap servos tell angles to .09 degrees, a
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.optimize import minimize_scalar
 
 from shared.vectors import cross
-from station.diagnosis.observations.attitude_fit import AttitudeFit
+from station.diagnosis.observations.attitude_fit import AttitudeFit, parts_of
+from station.diagnosis.observations.rate_lag import derivative
 from station.diagnosis.observations.rate_noise import (
     ENOUGH,
     LOG_PENALTIES,
+    ORDER,
     changing,
     gain,
     resting_noise,
@@ -30,17 +34,18 @@ def of_readings(time_s: Array, gravity: Array) -> AttitudeFit:
     A turn about gravity is unseen.
 
     Args:
-        time_s: (n,) times of the readings, s, at equal intervals.
+        time_s: (n,) times of the readings, s, at equal intervals but for gaps.
         gravity: (n, 3) unit vectors in P.
     """
-    penalty = _penalty(gravity[:ENOUGH])
-    smooth = smoothed(gravity, penalty)
+    parts = parts_of(time_s)
+    penalty = _penalty(gravity[:ENOUGH], parts)
+    smooth = _smooth(gravity, penalty, parts)
     smooth /= np.linalg.norm(smooth, axis=1, keepdims=True)
     own = gain(penalty)
     noise = float(np.sqrt(np.square(gravity - smooth)[:, :2].mean() / (1.0 - own)))
     return AttitudeFit(
         gravity=smooth,
-        rate_rad_s=-cross(smooth, np.gradient(smooth, time_s, axis=0)),
+        rate_rad_s=-cross(smooth, derivative(smooth, time_s, parts)),
         sigma_rad=np.full(len(time_s), noise * np.sqrt(own)),
         noise_rad=noise,
         keeps=(1.0 - own) / (1.0 + own),
@@ -50,12 +55,22 @@ def of_readings(time_s: Array, gravity: Array) -> AttitudeFit:
     )
 
 
-def _penalty(gravity: Array) -> float:
+def _smooth(gravity: Array, penalty: float, parts: Sequence[slice]) -> Array:
+    """Returns gravity (n, 3), smooth in each of its parts; one of few readings stays as it is."""
+    found = gravity.copy()
+    for part in parts:
+        own = gravity[part]
+        if len(own) > ORDER:
+            found[part] = smoothed(own, penalty)
+    return found
+
+
+def _penalty(gravity: Array, parts: Sequence[slice]) -> float:
     """Returns the penalty that predicts readings (n, 3) best from the others, where the plate moves."""
     moving = changing(gravity, resting_noise(gravity))
 
     def missed(log_penalty: float) -> float:
-        left = (gravity - smoothed(gravity, np.exp(log_penalty)))[moving]
+        left = (gravity - _smooth(gravity, np.exp(log_penalty), parts))[moving]
         return float(np.square(left).mean()) / (1.0 - gain(np.exp(log_penalty))) ** 2
 
     return float(np.exp(minimize_scalar(missed, bounds=LOG_PENALTIES, method="bounded", options={"xatol": 0.1}).x))

@@ -9,6 +9,7 @@ import pytest
 
 from shared.geometry import Array
 from shared.vectors import cross
+from station.diagnosis.observations.cubics import spline_slopes
 from station.diagnosis.observations.plate import PlateMotion
 from station.diagnosis.observations.rate_of_readings import agree, of_readings
 from station.signals.tracks import AttitudeTrack, MotionTrack
@@ -106,5 +107,14 @@ def test_rates_that_tell_less_of_the_steps_than_none_are_none(scale: float, righ
 def test_gravity_turns_by_the_rates_that_are_found() -> None:
     time_s = np.arange(len(tilts())) / HZ
     found = of_readings(time_s, gravity_at(tilts()))
-    turning = np.gradient(found.gravity, time_s, axis=0)
+    turning = spline_slopes(time_s, found.gravity)
     np.testing.assert_allclose(-cross(found.rate_rad_s, found.gravity), turning, atol=1e-4)
+
+
+def test_nothing_is_smoothed_across_a_gap() -> None:
+    """Two runs, of which the second begins ten seconds later with a plate that is level again."""
+    tilt = np.concatenate([tilts(), tilts()])
+    time_s = np.concatenate([np.arange(COUNT) / HZ, 10.0 + (COUNT + np.arange(COUNT)) / HZ])
+    found, once = of_readings(time_s, gravity_at(tilt)), of_readings(time_s[:COUNT], gravity_at(tilts()))
+    np.testing.assert_allclose(found.rate_rad_s[:COUNT], once.rate_rad_s, atol=1e-4)
+    np.testing.assert_allclose(found.gravity[COUNT:], gravity_at(tilts()), atol=1e-5)
