@@ -261,7 +261,7 @@ class PlateMotion:
 
 def _fit(time_s: Array, gravity: Array, rate_rad_s: Array) -> AttitudeFit:
     """Returns what the recorded gravity and rates (n, 3) say together, or gravity alone where the rates say nothing."""
-    if len(time_s) < LEAST_READINGS or agree(rate_rad_s, gravity, time_s):
+    if agree(rate_rad_s, gravity, time_s):
         return fitted(time_s, gravity, rate_rad_s)
     return of_readings(time_s, gravity)
 

@@ -85,6 +85,9 @@ def agree(rate_rad_s: Array, gravity: Array, time_s: Array) -> bool:
         time_s: (n,) times of the readings, s.
     """
     turning = -cross(rate_rad_s, gravity)
-    steps = np.diff(gravity, axis=0)
-    told = 0.5 * (turning[1:] + turning[:-1]) * np.diff(time_s)[:, None]
+    # What an arm did in a gap its rates before and after it do not tell.
+    within = np.ones(len(time_s) - 1, dtype=np.bool_)
+    within[[part.start - 1 for part in parts_of(time_s)[1:]]] = False
+    steps = np.diff(gravity, axis=0)[within]
+    told = (0.5 * (turning[1:] + turning[:-1]) * np.diff(time_s)[:, None])[within]
     return bool(np.square(steps - told).sum() < np.square(steps).sum())

@@ -118,3 +118,20 @@ def test_nothing_is_smoothed_across_a_gap() -> None:
     found, once = of_readings(time_s, gravity_at(tilt)), of_readings(time_s[:COUNT], gravity_at(tilts()))
     np.testing.assert_allclose(found.rate_rad_s[:COUNT], once.rate_rad_s, atol=1e-4)
     np.testing.assert_allclose(found.gravity[COUNT:], gravity_at(tilts()), atol=1e-5)
+
+
+def test_rates_about_a_gap_are_no_less_right() -> None:
+    """The arm is not heard for a minute, just when the plate turns: what it did meanwhile the rates do not tell."""
+    turning = int(np.abs(ringing_rate()[:, 0]).argmax())
+    time_s = np.arange(COUNT) / HZ + 60.0 * (np.arange(COUNT) > turning)
+    rate = np.column_stack([0.0 * time_s, ringing_rate()[:, 0], 0.0 * time_s])
+    assert agree(rate, gravity_at(tilts()), time_s)
+
+
+@pytest.mark.parametrize("count", [3, 8, 60])
+def test_few_readings_have_rates_too(count: int) -> None:
+    """A short piece of a recording turns evenly, and no rates were recorded."""
+    tilt = 0.1 * np.arange(count) / HZ
+    motion = plate(tilt, np.zeros((count, 3)))
+    middle = np.array([round(count // 2 / HZ * 1e9)])
+    assert motion.at(middle).rate_rad_s[0, 1] == pytest.approx(0.1, rel=1e-3)
