@@ -113,6 +113,12 @@ class Contact:
         return unit(self.way_rad)
 
     @cached_property
+    def gravity(self) -> Array:
+        """Gravity's unit vector in P (n, 3)."""
+        level = np.sin(self.tilt_rad)
+        return columns(level * self.down[:, 0], level * self.down[:, 1], -np.cos(self.tilt_rad))
+
+    @cached_property
     def tilt_axis(self) -> Array:
         """Unit vector in P (n, 3) about which a positive tilt has turned the plate from level: normal × descent.
 
@@ -186,8 +192,8 @@ class View:
 
 
 FOLLOWING = {
-    "tilt_rad": ("pressing_m_s2", "pulling_m_s2"),
-    "down_rad": ("down", "tilt_axis"),
+    "tilt_rad": ("pressing_m_s2", "pulling_m_s2", "gravity"),
+    "down_rad": ("down", "tilt_axis", "gravity"),
     "way_rad": ("way",),
     "point_m": ("centre_m",),
 }

@@ -18,7 +18,8 @@ that is no number would be looked up beyond the tables."""
 
 MOST_SQUARE = 1e-3 / float(np.finfo(np.float64).eps)
 """A path has run away if its residuals' squares, over the noise, sum to more: what the columns explain of them is known
-within their rounding only, and a law of drag -5 /s had the log likelihood 1.7e23."""
+within their rounding only, and a law of drag -5 /s had the log likelihood 1.7e23
+(`pytest tests/unit/diagnosis/test_breakaway_steep.py` has such paths)."""
 
 
 def log_likelihoods(tried: Array, rows: Any, laws: Laws) -> Array:

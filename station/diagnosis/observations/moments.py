@@ -308,8 +308,7 @@ def still(contact: Contact) -> Contact:
 
 def _turned(contact: Contact, turn: Array) -> Contact:
     """Returns the contact on a plate turned by small rotation vectors (n, 3), in P, from the reported attitude."""
-    level = np.sin(contact.tilt_rad)
-    x, y, z = level * contact.down[:, 0], level * contact.down[:, 1], -np.cos(contact.tilt_rad)
+    x, y, z = contact.gravity.T
     # The plate turns by +w, so what is fixed in the world, such as gravity, turns by −w as the plate sees it.
     turn_x, turn_y, turn_z = turn.T
     new_x, new_y, new_z = x - turn_y * z + turn_z * y, y - turn_z * x + turn_x * z, z - turn_x * y + turn_y * x

@@ -85,7 +85,7 @@ def agree(rate_rad_s: Array, gravity: Array, time_s: Array) -> bool:
         time_s: (n,) times of the readings, s.
     """
     turning = -cross(rate_rad_s, gravity)
-    # What an arm did in a gap its rates before and after it do not tell.
+    # The rates before and after a gap do not tell what the arm did in it.
     within = np.ones(len(time_s) - 1, dtype=np.bool_)
     within[[part.start - 1 for part in parts_of(time_s)[1:]]] = False
     steps = np.diff(gravity, axis=0)[within]

@@ -15,6 +15,8 @@ then has of standard deviations.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from station.diagnosis.observations.moments import Latest, Moments
@@ -27,7 +29,8 @@ DEPENDENT = 1e-9
 
 LATENCY_S = 0.02
 """The prior's standard deviation of a sensor's own lateness, s, as large as a clock's is typically off. Readings that
-were 8 ms late were a clock of camera and arm (1.00), which friction hardly tells from none."""
+were 8 ms late were a clock of camera and arm (1.00), which friction hardly tells from none
+(`pytest -m benchmark -s tests/benchmarks/test_other_rigs.py` prints what is said of a sensor that is 15 ms late)."""
 
 TURNING = ("attitude", "delay_s")
 """The methods of an effect that change what a sensor reads."""
@@ -52,9 +55,11 @@ class Stretches:
         """The contact (n,) as reported in the middle of each stretch."""
         return self.moments.reported.chosen(self.middles)
 
-    def turned(self, model: Model) -> Contact:
-        """Returns the contact (m,) as the model says."""
-        return self.moments.loads(model).contact
+    def changes(self, model: Model, of: Callable[[Contact], Array]) -> Array | float:
+        """Returns by how much a model changes a quantity `of` the contact on average (n,) or (n, 3), in its unit."""
+        if not any(model.acting(hook) for hook in TURNING):
+            return 0.0
+        return self.means(of(self.moments.loads(model).contact) - of(self.moments.reported))
 
     def means(self, values: Array) -> Array:
         """Returns the means (n,) or (n, 3) of `values` (m,) or (m, 3) in each stretch, in their unit."""
@@ -87,7 +92,6 @@ class Directions:
         self._read, self._reported, self._stretches = read, reported, stretches
         self._weight = 1.0 / np.square(sigma)
         self._mounts = [mount_rad == mount for mount in np.unique(mount_rad)]
-        self._plain = _gravity(stretches.moments.reported)
         middle = stretches.middle
         sine, cosine = np.sin(middle.tilt_rad), np.cos(middle.tilt_rad)
         self._along = np.column_stack([cosine[:, None] * middle.down, sine])
@@ -105,9 +109,7 @@ class Directions:
 
     def _differs(self, model: Model) -> Array:
         """Returns the differences (n, 3) of the unit vectors."""
-        said = self._reported
-        if any(model.acting(hook) for hook in TURNING):
-            said = said + self._stretches.means(_gravity(self._stretches.turned(model)) - self._plain)
+        said = self._reported + self._stretches.changes(model, lambda contact: contact.gravity)
         found = np.empty_like(said)
         for own in self._mounts:
             turn = _turn(self._read[own], said[own], self._weight[own])
@@ -125,25 +127,17 @@ class Tilts:
         within = [np.where((mount_rad == mount)[:, None], turned, 0.0) for mount in np.unique(mount_rad)]
         self._mounting = _orthonormal(np.hstack(within) / sigma[:, None])
         self._late = Lateness(self._apart(stretches.rate_rad_s), sigma)
-        self._difference = self._apart(difference_rad)
+        self._difference = difference_rad
 
     def along(self, model: Model) -> Array:
         """Returns how much steeper (n,), rad, the sensor reads than the model says, to first order in its turn."""
-        if not any(model.acting(hook) for hook in TURNING):
-            return self._late.less(self._difference)
-        change = self._stretches.turned(model).tilt_rad - self._stretches.moments.reported.tilt_rad
-        return self._late.less(self._difference - self._apart(self._stretches.means(change)))
+        change = self._stretches.changes(model, lambda contact: contact.tilt_rad)
+        return self._late.less(self._apart(self._difference - change))
 
     def _apart(self, values: Array) -> Array:
         """Returns values (n,) less their part along the mounting's, in which long stretches of readings count more."""
         along = self._mounting
         return values - self._sigma * (along @ (along.T @ (values / self._sigma)))
-
-
-def _gravity(contact: Contact) -> Array:
-    """Returns gravity's unit vectors (n, 3) in P."""
-    level, down = np.sin(contact.tilt_rad), contact.down
-    return np.column_stack([level * down[:, 0], level * down[:, 1], -np.cos(contact.tilt_rad)])
 
 
 def _turn(vectors: Array, onto: Array, weight: Array) -> Array:

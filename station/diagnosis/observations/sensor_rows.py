@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 STRETCHES = 6
 LEAST_READINGS = 3
 POINTS = 15
-"""The most moments of a stretch at which models are asked for the plate."""
+"""The most moments of a stretch at which models are asked for the plate; fewer would not follow how it is set in motion
+(`pytest tests/unit/diagnosis/test_sensor_rows.py` compares their mean with that of up to 113 readings)."""
 
 LEAST_TILT_RAD = 0.07
 LEAST_SIGMA_RAD = 2e-5
@@ -42,14 +43,15 @@ class Stretch:
 
 def sensor_channels(recorded: Recorded) -> Sequence[Channel]:
     """Returns the channels of each sensor, in stretches of each run, the tilt's return included."""
-    return [channel for source in sorted(recorded.signals.angles) for channel in _of(recorded, source)]
+    sources = sorted(recorded.signals.angles) if recorded.tracks else ()
+    return [channel for source in sources for channel in _of(recorded, source)]
 
 
 def _of(recorded: Recorded, source: str) -> Sequence[Channel]:
     track = recorded.signals.angles[source]
     track = track.select(np.isfinite(track.angle_rad))
     # Near level a noisy sensor reads too steep, as the angle between two vectors is never negative.
-    track = track.select(recorded.plate.at(track.time_ns).tilt_rad > LEAST_TILT_RAD)
+    track = track.select(recorded.plate.gravity_at(track.time_ns)[:, 2] > -np.cos(LEAST_TILT_RAD))
     reported = recorded.plate.at(track.time_ns)
     stretches = [
         Stretch(index, chosen)

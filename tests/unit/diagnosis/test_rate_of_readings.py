@@ -131,7 +131,7 @@ def test_rates_about_a_gap_are_no_less_right() -> None:
 @pytest.mark.parametrize("count", [3, 8, 60])
 def test_few_readings_have_rates_too(count: int) -> None:
     """A short piece of a recording turns evenly, and no rates were recorded."""
-    tilt = 0.1 * np.arange(count) / HZ
+    tilt = 0.1 * np.arange(count, dtype=np.float64) / HZ
     motion = plate(tilt, np.zeros((count, 3)))
     middle = np.array([round(count // 2 / HZ * 1e9)])
     assert motion.at(middle).rate_rad_s[0, 1] == pytest.approx(0.1, rel=1e-3)

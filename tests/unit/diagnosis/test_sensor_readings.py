@@ -63,8 +63,7 @@ def model(effect: str = "", **values: float) -> Model:
 def read(true: Model, directions: tuple[float, ...], askew_deg: tuple[float, float, float]) -> Directions:
     """A sensor's noise-free readings on a plate whose arm errs as `true` says."""
     tilt, down = plate(directions)
-    stood = asked(tilt, down).turned(true)
-    felt = gravity(stood.tilt_rad[::POINTS], stood.down_rad[::POINTS])
+    felt = asked(tilt, down).moments.loads(true).contact.gravity[::POINTS]
     felt = Rotation.from_rotvec(np.radians(askew_deg)).apply(felt)
     return Directions(
         felt, gravity(tilt, down), stretches=asked(tilt, down), sigma=np.full(len(tilt), 1e-4),

@@ -1,16 +1,36 @@
 """The readings of another angle sensor by which a stretch of a run is compared, and their noise."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.sensor_rows import (
     POINTS,
     Stretch,
     _noise,  # pyright: ignore[reportPrivateUsage]
     _spread,  # pyright: ignore[reportPrivateUsage]
 )
+from station.diagnosis.observations.setting import Setting
+from station.signals.tracks import AngleTrack
+from tests.unit.diagnosis.recorded import session
 
 STEP_NS = 20_000_000
+
+
+def test_a_sensor_beside_an_arm_that_was_not_heard_tells_nothing():
+    """It ended in a traceback: no attitude was recorded with which its readings could be compared."""
+    heard = session()
+    time_ns = heard.attitude.time_ns
+    readings = AngleTrack(
+        time_ns=time_ns,
+        angle_rad=np.full(len(time_ns), 0.3),
+        gravity=np.zeros((len(time_ns), 3)),
+        sigma_rad=np.full(len(time_ns), 1e-3),
+    )
+    silent = replace(heard, attitude=heard.attitude.select(slice(0, 0)), angles={"imu": readings})
+    assert not evidence_of(silent, Setting()).channels
 
 
 @pytest.mark.parametrize("count", [POINTS, 17, 25, 40, 113])
