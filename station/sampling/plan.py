@@ -128,7 +128,8 @@ class DirectionPlan:
 class Plan:
     """A plan file. `samples` is how many runs are wanted; `seed` drives every random choice of the session.
 
-    `timeout_s`: how long the machine waits for an answer, a motion's end, or corners, before it gives the run up;
+    `timeout_s`: how long the machine waits for an answer, for corners, or for a motion's end beyond the time that the
+    motion takes at its rate, before it gives the run up;
     `silence_s`: how long corners and attitudes may stay away, or be late, while every frame counts;
     `faults`: how many runs may fail in a row before the session stops; those that the network ended do not count.
     `outage_s`: how long a session waits, level, for an agent that cannot be heard or a frozen camera (0: for ever).

@@ -31,6 +31,10 @@ class State:
         self.awaited: tuple[int, int] | None = None
         """Run and number of the motion whose end is awaited."""
         self.asked_ns = 0
+        self.angle_rad = 0.0
+        """The angle last asked for."""
+        self.takes_s = 0.0
+        """The duration of the awaited motion at the rate that was asked for."""
         self.hold_from_ns = 0
         self.found_ns = 0
         """The time at which fresh, usable corners were last received, ns."""
@@ -136,6 +140,7 @@ class State:
             owner=self.owner,
         )
         self.awaited, self.asked_ns = (command.run, command.step), self.now_ns
+        self.takes_s, self.angle_rad = abs(angle_rad - self.angle_rad) / command.rate_rad_s, angle_rad
         self.actions.append(Tilt(command))
 
     def level(self) -> None:

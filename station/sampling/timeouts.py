@@ -11,8 +11,11 @@ _LOOKING = ("REFERENCE", "TILT")
 def overdue(state: State) -> str:
     """Returns the reason why the run must be given up now, in one sentence; empty while nothing is overdue."""
     plan = state.plan
-    if state.awaited and state.since(state.asked_ns) > plan.timeout_s:
-        return f"expected the arm to finish its motion within {plan.timeout_s:g} s, it did not"
+    if state.awaited and state.since(state.asked_ns) > plan.timeout_s + state.takes_s:
+        return (
+            f"expected the arm to finish its motion within {plan.timeout_s:g} s beyond the {state.takes_s:.1f} s that "
+            "it takes, it did not"
+        )
     if state.phase in _LOOKING and (unseen := _unseen(state)):
         return unseen
     # A camera agent that was started again needs some seconds, in which the block rests as well as it ever did.

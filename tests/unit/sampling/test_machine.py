@@ -162,6 +162,14 @@ def test_an_arm_that_never_arrives_is_given_up_after_the_timeout():
     assert "expected the arm to finish its motion within 3 s" in (rig.fault or "")
 
 
+def test_a_slow_motion_is_awaited_for_as_long_as_it_takes():
+    tilt = TiltPlan(steps=1, max_deg=30.0, rate_deg_s=2.0, return_rate_deg_s=4.0)
+    rig = finished(ScriptedRig(Plan(samples=1, timeout_s=3.0, tilt=tilt), friction_rad=0.3))
+    assert rig.fault == ""
+    assert "ABORTED" not in rig.phases()
+    assert rig.samples[0].onset_angle_rad == pytest.approx(0.3, abs=math.radians(0.1))
+
+
 def test_a_motion_that_the_arm_stopped_aborts_the_run_and_the_next_one_goes_on():
     def fail_once(report: MotionReport, rig: ScriptedRig) -> MotionReport:
         fail = report.end_ns and report.step == 4 and report.run == 1
