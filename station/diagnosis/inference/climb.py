@@ -13,7 +13,7 @@ from station.diagnosis.inference.noise_of import noise_of, shaking_of
 from station.diagnosis.inference.parameters import Free, model_of, vector_of
 from station.diagnosis.inference.quadratic import Quadratic
 from station.diagnosis.likelihood.noise import Noise
-from station.diagnosis.likelihood.slopes import STEP, residuals, slopes
+from station.diagnosis.likelihood.slopes import STEP, log_volume, residuals, slopes, swelling
 from station.diagnosis.likelihood.student import log_density, pulls
 from station.diagnosis.likelihood.whitening import Whitening, stack
 from station.diagnosis.observations.evidence import Evidence
@@ -47,18 +47,19 @@ LEAST_STEP = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """The numbers (k,), their model, its residuals by channel, and these whitened (rows,)."""
+    """The numbers (k,), their model, its residuals by channel, these whitened (rows,), and their log volume (rows,)."""
 
     vector: Array
     model: Model
     at: dict[str, Array]
     white: Array
     whitening: Whitening
+    volume: Array
 
     @cached_property
     def density(self) -> Array:
         """The log density (rows,) of each component, which several steps ask for."""
-        return log_density(self.white, self.whitening.tail, self.whitening.limit)
+        return log_density(self.white, self.whitening.tail, self.whitening.limit) + self.volume
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +104,7 @@ class Climb:
         self._slope, self._stale = np.zeros((len(self.point.white), 0)) if slope is None else slope, slope is None
         self._sloped: Array | None = None
         self._steps: Array | None = None
+        self._swelling = swelling(evidence, model, free)
 
     def climb(self, steps: int, enough: float) -> bool:
         """Takes Newton steps until one promises less than `enough`; False if it does not come to that.
@@ -151,6 +153,7 @@ class Climb:
             return False
         self._sloped = here.vector
         self._slope = stack(self.evidence, slopes(self.evidence, here.model, self.free, here.at, steps=steps))
+        self._swelling = swelling(self.evidence, here.model, self.free)
         return steps is not None
 
     def _step(self) -> tuple[float, float]:
@@ -176,7 +179,7 @@ class Climb:
     def _aim(self, slope: Array) -> Aim:
         """Returns the step to the maximum of the quadratic model, from whitened slopes of the components that count."""
         vector, here = self.point.vector, self._curved(slope)
-        quadratic = Quadratic.of(here, vector, self.precision)
+        quadratic = Quadratic.of(here, vector, self.precision, self._swelling)
         least, most = np.maximum(self.low - vector, -self._reach), np.minimum(self.high - vector, self._reach)
         return Aim(here, quadratic, *quadratic.step(least, most))
 
@@ -217,12 +220,15 @@ class Climb:
         at = residuals(self.evidence, model)
         if model.acting("shaking"):
             return self._whitened(clipped, model, at)
-        whitening = self.point.whitening
-        return Point(clipped, model, at, whitening(stack(self.evidence, at)), whitening)
+        return self._point(clipped, model, at, self.point.whitening)
 
     def _whitened(self, vector: Array, model: Model, at: dict[str, Array]) -> Point:
         whitening = Whitening(self.evidence, self.noise, shaking=shaking_of(self.evidence, model))
-        return Point(vector, model, at, whitening(stack(self.evidence, at)), whitening)
+        return self._point(vector, model, at, whitening)
+
+    def _point(self, vector: Array, model: Model, at: dict[str, Array], whitening: Whitening) -> Point:
+        white, volume = whitening(stack(self.evidence, at)), log_volume(self.evidence, model)
+        return Point(vector, model, at, white, whitening, volume)
 
     def _total(self, at: Point) -> float:
         """Returns the log density of the runs that count, and of the numbers' priors."""

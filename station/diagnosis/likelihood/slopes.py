@@ -22,6 +22,22 @@ def residuals(evidence: Evidence, model: Model) -> dict[str, Array]:
     return {channel.name: channel.residual(model) for channel in evidence.channels}
 
 
+def log_volume(evidence: Evidence, model: Model) -> Array:
+    """Returns the log (rows,) of how far residuals move with what was recorded, see `Channel.log_volume`."""
+    return np.concatenate([channel.log_volume(model) for channel in evidence.channels])
+
+
+def swelling(evidence: Evidence, model: Model, free: Sequence[Free]) -> Array:
+    """Returns the slopes (k,) of the log volume of all rows that count, by one-sided differences within the bounds."""
+    counted = np.concatenate([evidence.counted[channel.rows.run] for channel in evidence.channels])
+    vector, here = vector_of(model, free), log_volume(evidence, model)[counted].sum()
+    found = np.zeros(len(free))
+    for index, number in enumerate(free):
+        step = STEP if vector[index] + STEP <= number.high else -STEP
+        found[index] = (log_volume(evidence, moved(model, number, step))[counted].sum() - here) / step
+    return found
+
+
 def slopes(
     evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str, Array], *, steps: Array | None = None
 ) -> dict[str, Array]:

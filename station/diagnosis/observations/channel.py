@@ -78,6 +78,16 @@ class Channel(ABC):
     def __len__(self) -> int:
         return len(self.rows)
 
+    def log_volume(self, model: Model) -> Array:
+        """Returns the log (n,) of how far each residual moves with the value that it was recorded for.
+
+        It is 0 where a model predicts a row by others. Where it predicts a row by that row's own value, residuals under
+        a law that uses less of it scatter less, and are no likelier for that: a density of what was recorded has this
+        factor beside that of the residual.
+        """
+        del model
+        return np.zeros(len(self))
+
     @abstractmethod
     def residual(self, model: Model) -> Array:
         """Returns recorded minus predicted (n,), in `unit`."""

@@ -36,7 +36,7 @@ class Motion:
     onsets' residuals; `yaw_rate_rad_s` (3 n,) is the block's turning at the nodes; `between_m_s2` (n, 3) is what the
     three nodes miss of the means of pull (2) and press over a window in which the plate is set in motion or stopped;
     `view` is the camera's view of the nodes. `usual_way_rad` (3 n,) is the way that slides of such runs go, rad in P:
-    their own, unless it is given.
+    their own, unless it is given. `yaw_measured` (n,) is the share of a window's own turning in its rates at the nodes.
     """
 
     moments: Moments
@@ -47,6 +47,7 @@ class Motion:
     between_m_s2: Array | None = None
     view: View | None = None
     usual_way_rad: Array | None = None
+    yaw_measured: Array | float = 1.0
 
     @property
     def usual_way(self) -> Array:
@@ -341,6 +342,17 @@ class Turn(_Slides):
         predicted = moment * self._per_friction - self._held * against + model.spin(contact)
         turned = motion.yaw_acceleration_rad_s2 - seen.spin_rad_s2
         return turned - self._mean(np.broadcast_to(predicted, len(motion.moments)))
+
+    def log_volume(self, model: Model) -> Array:
+        """Returns the log (n,) of how far each residual moves with the turning that was recorded.
+
+        What a window turns faster by at its end adds half of that to its mean rate, against which friction acts. A
+        moment that nobody knows and its friction are nearly as large, so that a law of none would fit better.
+        """
+        lead = model.lead(self.motion.moments.reported)
+        rate = self._mean(self._held * self._resisting * left_against_turning(lead))
+        lasting_s = 1e-9 * (self.rows.to_ns - self.rows.from_ns)
+        return np.log1p(0.5 * lasting_s * self.motion.yaw_measured * rate)
 
     def _across(self, model: Model) -> Array:
         """Returns the friction (3 n,) to the right of the way, m/s²: by the slope of the model's limit curve."""

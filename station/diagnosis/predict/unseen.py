@@ -14,6 +14,7 @@ from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.inference.noise_of import shaking_of
 from station.diagnosis.likelihood.noise import TAILS
+from station.diagnosis.likelihood.slopes import log_volume
 from station.diagnosis.likelihood.student import log_density, scale_of
 from station.diagnosis.likelihood.whitening import Whitening
 from station.diagnosis.observations.evidence import Evidence
@@ -24,7 +25,7 @@ def unseen_log_run(evidence: Evidence, fitted: Fit) -> Array:
     """Returns the log density (runs,), nat, of each run; that of the runs which were fitted has no meaning."""
     whitening = Whitening(evidence, fitted.noise, shaking=shaking_of(evidence, fitted.model))
     known = evidence.counted[whitening.run] & ~whitening.limit
-    found = -whitening.log_scale
+    found = np.bincount(whitening.run, log_volume(evidence, fitted.model), evidence.runs) - whitening.log_scale
     for index, channel in enumerate(evidence.channels):
         mine = whitening.channel == index
         # The means of a continuous record have no tail (see `fit.with_tails`).
