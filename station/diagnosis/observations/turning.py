@@ -40,9 +40,7 @@ class ExpectedRates(NamedTuple):
     measured: Array
 
 
-def expected_rates(
-    rate_rad_s: Array, sigma_rad_s: Array, speed_m_s: Array, run: NDArray[np.int64]
-) -> ExpectedRates:
+def expected_rates(rate_rad_s: Array, sigma_rad_s: Array, speed_m_s: Array, run: NDArray[np.int64]) -> ExpectedRates:
     """Returns what the rates are expected to be.
 
     Args:
