@@ -13,7 +13,7 @@ from station.diagnosis.inference.noise_of import noise_of, shaking_of
 from station.diagnosis.inference.parameters import Free, model_of, vector_of
 from station.diagnosis.inference.quadratic import Quadratic
 from station.diagnosis.likelihood.noise import Noise
-from station.diagnosis.likelihood.slopes import STEP, log_volume, residuals, slopes, swelling
+from station.diagnosis.likelihood.slopes import STEP, log_volume, residuals, slopes, volume_slopes
 from station.diagnosis.likelihood.student import log_density, pulls
 from station.diagnosis.likelihood.whitening import Whitening, stack
 from station.diagnosis.observations.evidence import Evidence
@@ -104,7 +104,7 @@ class Climb:
         self._slope, self._stale = np.zeros((len(self.point.white), 0)) if slope is None else slope, slope is None
         self._sloped: Array | None = None
         self._steps: Array | None = None
-        self._swelling = swelling(evidence, model, free)
+        self._volume_slope = self._sloped_volume(model)
 
     def climb(self, steps: int, enough: float) -> bool:
         """Takes Newton steps until one promises less than `enough`; False if it does not come to that.
@@ -153,8 +153,13 @@ class Climb:
             return False
         self._sloped = here.vector
         self._slope = stack(self.evidence, slopes(self.evidence, here.model, self.free, here.at, steps=steps))
-        self._swelling = swelling(self.evidence, here.model, self.free)
+        self._volume_slope = self._sloped_volume(here.model)
         return steps is not None
+
+    def _sloped_volume(self, model: Model) -> Array:
+        """Returns the slopes (k,) of the log volume of all rows that count."""
+        counted = np.concatenate([self.counts[channel.rows.run] for channel in self.evidence.channels])
+        return volume_slopes(self.evidence, model, self.free)[counted].sum(axis=0)
 
     def _step(self) -> tuple[float, float]:
         """Takes one Newton step, and more with the same slopes: the gain that the first promised, and what all gained.
@@ -179,7 +184,7 @@ class Climb:
     def _aim(self, slope: Array) -> Aim:
         """Returns the step to the maximum of the quadratic model, from whitened slopes of the components that count."""
         vector, here = self.point.vector, self._curved(slope)
-        quadratic = Quadratic.of(here, vector, self.precision, self._swelling)
+        quadratic = Quadratic.of(here, vector, self.precision, self._volume_slope)
         least, most = np.maximum(self.low - vector, -self._reach), np.minimum(self.high - vector, self._reach)
         return Aim(here, quadratic, *quadratic.step(least, most))
 

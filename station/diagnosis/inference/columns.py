@@ -14,7 +14,7 @@ from station.diagnosis.inference.fit import Fit
 from station.diagnosis.inference.noise_of import shaking_of
 from station.diagnosis.inference.parameters import Free, free_numbers, identifiable
 from station.diagnosis.inference.sparse import Index, Table, by_channel, side_by_side
-from station.diagnosis.likelihood.slopes import differences, near, residuals, slopes
+from station.diagnosis.likelihood.slopes import differences, near, residuals, slopes, volume_slopes
 from station.diagnosis.likelihood.student import expected_information, pulls
 from station.diagnosis.likelihood.whitening import PART_ROWS, Whitening, stack
 from station.diagnosis.observations.evidence import Evidence
@@ -209,12 +209,13 @@ class _Columns:
     """The model's own slopes (rows, k) and the candidates' (rows, K), whitened some runs at a time.
 
     In full they would be the largest arrays that a diagnosis needs; those of few rows are kept, as they are asked for
-    twice.
+    twice. Of the rows' log volume the model's own numbers have slopes, (rows, k); no candidate changes it.
     """
 
     def __init__(self, evidence: Evidence, fit: Fit, candidates: Table) -> None:
         at = residuals(evidence, fit.model)
         own = slopes(evidence, fit.model, fit.free, at)
+        self._volume = volume_slopes(evidence, fit.model, fit.free)
         self._own = len(fit.free)
         self._table = by_channel(evidence, own, self._own).beside(candidates)
         self._whitening = Whitening(evidence, fit.noise, shaking=shaking_of(evidence, fit.model))
@@ -252,7 +253,7 @@ class _Columns:
             among = among + nuisance.T @ nuisance
             across += nuisance.T @ weighted
             whole += np.square(weighted).sum(axis=0)
-            score -= self._slope[rows] @ own
+            score += self._volume[rows].sum(axis=0) - self._slope[rows] @ own
         free = ~pushed_out(fit, score)
         among, across = among * np.outer(free, free), across * free[:, None]
         return among, np.linalg.pinv(among + np.diag(precision), hermitian=True) @ across, whole
@@ -266,7 +267,8 @@ class _Columns:
             weighted = self._weight[rows] * left
             information += weighted.T @ weighted
             fourth += (weighted**2 * weighted**2).sum(axis=0)
-            np.add.at(of_runs, self._cluster[rows], -self._slope[rows][:, None] * left)
+            share = -self._slope[rows][:, None] * left - self._volume[rows] @ projection
+            np.add.at(of_runs, self._cluster[rows], share)
         return information, of_runs, fourth
 
 

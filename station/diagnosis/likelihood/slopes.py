@@ -27,14 +27,13 @@ def log_volume(evidence: Evidence, model: Model) -> Array:
     return np.concatenate([channel.log_volume(model) for channel in evidence.channels])
 
 
-def swelling(evidence: Evidence, model: Model, free: Sequence[Free]) -> Array:
-    """Returns the slopes (k,) of the log volume of all rows that count, by one-sided differences within the bounds."""
-    counted = np.concatenate([evidence.counted[channel.rows.run] for channel in evidence.channels])
-    vector, here = vector_of(model, free), log_volume(evidence, model)[counted].sum()
-    found = np.zeros(len(free))
+def volume_slopes(evidence: Evidence, model: Model, free: Sequence[Free]) -> Array:
+    """Returns the slopes (rows, k) of the log volume, by one-sided differences within the bounds."""
+    vector, here = vector_of(model, free), log_volume(evidence, model)
+    found = np.zeros((len(here), len(free)))
     for index, number in enumerate(free):
         step = STEP if vector[index] + STEP <= number.high else -STEP
-        found[index] = (log_volume(evidence, moved(model, number, step))[counted].sum() - here) / step
+        found[:, index] = (log_volume(evidence, moved(model, number, step)) - here) / step
     return found
 
 
