@@ -14,9 +14,10 @@ from scipy.special import betaln, digamma
 from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.inference.noise_of import shaking_of
-from station.diagnosis.likelihood.slopes import log_volume
+from station.diagnosis.likelihood.feedback import owed
+from station.diagnosis.likelihood.slopes import decays
 from station.diagnosis.likelihood.student import log_density
-from station.diagnosis.likelihood.whitening import Whitening
+from station.diagnosis.likelihood.whitening import Whitening, stack
 from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array
 
@@ -33,7 +34,7 @@ def expected_log_run(evidence: Evidence, fitted: Fit) -> Array:
     expected = -entropy(whitening.tail)
     expected += _calmer(evidence, whitening, scored - expected)[whitening.channel]
     each = np.where(whitening.limit, scored, expected)
-    volume = log_volume(evidence, fitted.model)
+    volume = owed(whitening, stack(evidence, decays(evidence, fitted.model)))
     found = np.bincount(whitening.run, each + volume, evidence.runs) - whitening.log_scale
     return found + fitted.log_prior / evidence.runs
 

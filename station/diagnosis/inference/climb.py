@@ -12,8 +12,9 @@ from station.diagnosis.inference.errors import Curvature
 from station.diagnosis.inference.noise_of import noise_of, shaking_of
 from station.diagnosis.inference.parameters import Free, model_of, vector_of
 from station.diagnosis.inference.quadratic import Quadratic
+from station.diagnosis.likelihood.feedback import owed, owed_slope
 from station.diagnosis.likelihood.noise import Noise
-from station.diagnosis.likelihood.slopes import STEP, log_volume, residuals, slopes, volume_slopes
+from station.diagnosis.likelihood.slopes import STEP, decay_differences, decays, residuals, slopes
 from station.diagnosis.likelihood.student import log_density, pulls
 from station.diagnosis.likelihood.whitening import Whitening, stack
 from station.diagnosis.observations.evidence import Evidence
@@ -47,19 +48,23 @@ LEAST_STEP = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """The numbers (k,), their model, its residuals by channel, these whitened (rows,), and their log volume (rows,)."""
+    """The numbers (k,), their model, its residuals by channel, and these whitened (rows,).
+
+    `decay` (rows,) is what friction undoes of the rows' own motion, see `likelihood.feedback`.
+    """
 
     vector: Array
     model: Model
     at: dict[str, Array]
     white: Array
     whitening: Whitening
-    volume: Array
+    decay: Array
 
     @cached_property
     def density(self) -> Array:
         """The log density (rows,) of each component, which several steps ask for."""
-        return log_density(self.white, self.whitening.tail, self.whitening.limit) + self.volume
+        volume = owed(self.whitening, self.decay)
+        return log_density(self.white, self.whitening.tail, self.whitening.limit) + volume
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +109,7 @@ class Climb:
         self._slope, self._stale = np.zeros((len(self.point.white), 0)) if slope is None else slope, slope is None
         self._sloped: Array | None = None
         self._steps: Array | None = None
-        self._volume_slope = self._sloped_volume(model)
+        self._decay_slope = stack(evidence, decay_differences(evidence, model, free))
 
     def climb(self, steps: int, enough: float) -> bool:
         """Takes Newton steps until one promises less than `enough`; False if it does not come to that.
@@ -153,13 +158,14 @@ class Climb:
             return False
         self._sloped = here.vector
         self._slope = stack(self.evidence, slopes(self.evidence, here.model, self.free, here.at, steps=steps))
-        self._volume_slope = self._sloped_volume(here.model)
+        self._decay_slope = stack(self.evidence, decay_differences(self.evidence, here.model, self.free))
         return steps is not None
 
-    def _sloped_volume(self, model: Model) -> Array:
+    def _owed_slope(self) -> Array:
         """Returns the slopes (k,) of the log volume of all rows that count."""
-        counted = np.concatenate([self.counts[channel.rows.run] for channel in self.evidence.channels])
-        return volume_slopes(self.evidence, model, self.free)[counted].sum(axis=0)
+        whitening = self.point.whitening
+        counted = self.counts[whitening.run]
+        return owed_slope(whitening, self.point.decay)[counted] @ self._decay_slope[counted]
 
     def _step(self) -> tuple[float, float]:
         """Takes one Newton step, and more with the same slopes: the gain that the first promised, and what all gained.
@@ -184,7 +190,7 @@ class Climb:
     def _aim(self, slope: Array) -> Aim:
         """Returns the step to the maximum of the quadratic model, from whitened slopes of the components that count."""
         vector, here = self.point.vector, self._curved(slope)
-        quadratic = Quadratic.of(here, vector, self.precision, self._volume_slope)
+        quadratic = Quadratic.of(here, vector, self.precision, self._owed_slope())
         least, most = np.maximum(self.low - vector, -self._reach), np.minimum(self.high - vector, self._reach)
         return Aim(here, quadratic, *quadratic.step(least, most))
 
@@ -232,8 +238,8 @@ class Climb:
         return self._point(vector, model, at, whitening)
 
     def _point(self, vector: Array, model: Model, at: dict[str, Array], whitening: Whitening) -> Point:
-        white, volume = whitening(stack(self.evidence, at)), log_volume(self.evidence, model)
-        return Point(vector, model, at, white, whitening, volume)
+        white, decay = whitening(stack(self.evidence, at)), stack(self.evidence, decays(self.evidence, model))
+        return Point(vector, model, at, white, whitening, decay)
 
     def _total(self, at: Point) -> float:
         """Returns the log density of the runs that count, and of the numbers' priors."""

@@ -13,8 +13,9 @@ from station.diagnosis.inference.climb import CONVERGED, Climb
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.inference.noise_of import shaking_of
 from station.diagnosis.inference.parameters import Free, free_numbers, identifiable
-from station.diagnosis.inference.sparse import Index, Table, by_channel, side_by_side
-from station.diagnosis.likelihood.slopes import differences, near, residuals, slopes, volume_slopes
+from station.diagnosis.inference.sparse import Index, Sloped, side_by_side, sloped
+from station.diagnosis.likelihood.feedback import owed_slope
+from station.diagnosis.likelihood.slopes import decay_differences, decays, differences, near, residuals, slopes
 from station.diagnosis.likelihood.student import expected_information, pulls
 from station.diagnosis.likelihood.whitening import PART_ROWS, Whitening, stack
 from station.diagnosis.observations.evidence import Evidence
@@ -127,13 +128,13 @@ def _grid(parameters: Sequence[Parameter]) -> Iterator[dict[str, float]]:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Looked:
-    """The change of each row by K numbers of effects: slopes, a `table` (rows, K), one column for each number.
+    """The change of each row by K numbers of effects: slopes, a `table` of one column for each number.
 
     `low`, `high` (K,) are the bounds of a number relative to its null. Slopes do not depend on the noise.
     """
 
     variants: tuple[Variant, ...]
-    table: Table
+    table: Sloped
     low: Array
     high: Array
 
@@ -153,12 +154,14 @@ class Looked:
 def looked(evidence: Evidence, model: Model, effects: Iterable[Effect]) -> Looked:
     """Returns the slopes of all variants of the effects around a model."""
     at = residuals(evidence, model)
-    parts, variants, low, high = list[Table](), list[Variant](), list[float](), list[float]()
+    parts, variants, low, high = list[Sloped](), list[Variant](), list[float](), list[float]()
     with near(evidence, model):  # an effect at its null changes nothing
         for effect, start in variants_of(evidence, effects):
             free = tuple(Free(effect, parameter) for parameter in effect.parameters if not parameter.is_shape)
             null = Term(effect, {**start.values, **_null_sizes(effect)})
-            parts.append(by_channel(evidence, differences(evidence, model.with_term(null), free, at), len(free)))
+            around = model.with_term(null)
+            undone = decay_differences(evidence, around, free)
+            parts.append(sloped(evidence, differences(evidence, around, free, at), len(free), undone))
             columns = tuple(range(len(low), len(low) + len(free)))
             variants.append(Variant(effect, start, columns, len(identifiable(evidence, effect))))
             begin = [null.values[number.parameter.name] / number.scale for number in free if number.parameter]
@@ -168,15 +171,15 @@ def looked(evidence: Evidence, model: Model, effects: Iterable[Effect]) -> Looke
     return Looked(variants=tuple(variants), table=table, low=np.array(low), high=np.array(high))
 
 
-def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Table | None = None) -> Scores:
-    """Returns the scores of all variants of the effects, then of the `extra` columns (rows, E)."""
+def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Sloped | None = None) -> Scores:
+    """Returns the scores of all variants of the effects, then of the `extra` columns."""
     return scores_of(evidence, fit, looked(evidence, fit.model, effects), extra)
 
 
-def scores_of(evidence: Evidence, fit: Fit, seen: Looked, extra: Table | None = None) -> Scores:
-    """Returns the scores of slopes around a fit, then of the `extra` columns (rows, E), which have no bounds."""
-    beside = by_channel(evidence, {}, 0) if extra is None else extra
-    unbound = np.full(beside.shape[1], np.inf)
+def scores_of(evidence: Evidence, fit: Fit, seen: Looked, extra: Sloped | None = None) -> Scores:
+    """Returns the scores of slopes around a fit, then of the `extra` columns, which have no bounds."""
+    beside = sloped(evidence, {}, 0) if extra is None else extra
+    unbound = np.full(beside.rows.shape[1], np.inf)
     precision = np.array([number.precision for number in fit.free])
     columns = _Columns(evidence, fit, seen.table.beside(beside))
     own, projection, whole = columns.projected(fit, precision)
@@ -209,18 +212,19 @@ class _Columns:
     """The model's own slopes (rows, k) and the candidates' (rows, K), whitened some runs at a time.
 
     In full they would be the largest arrays that a diagnosis needs; those of few rows are kept, as they are asked for
-    twice. Of the rows' log volume the model's own numbers have slopes, (rows, k); no candidate changes it.
+    twice.
     """
 
-    def __init__(self, evidence: Evidence, fit: Fit, candidates: Table) -> None:
+    def __init__(self, evidence: Evidence, fit: Fit, candidates: Sloped) -> None:
         at = residuals(evidence, fit.model)
         own = slopes(evidence, fit.model, fit.free, at)
-        self._volume = volume_slopes(evidence, fit.model, fit.free)
         self._own = len(fit.free)
-        self._table = by_channel(evidence, own, self._own).beside(candidates)
+        undone = decay_differences(evidence, fit.model, fit.free)
+        self._table, self._decay = sloped(evidence, own, self._own, undone).beside(candidates)
         self._whitening = Whitening(evidence, fit.noise, shaking=shaking_of(evidence, fit.model))
         self._counted = evidence.counted[self._whitening.run]
         self._cluster, self._runs = evidence.cluster[self._whitening.run], evidence.runs
+        self._of_decay = owed_slope(self._whitening, stack(evidence, decays(evidence, fit.model)))
         tail = self._whitening.tail
         self._slope, curvature = pulls(self._whitening(stack(evidence, at)), tail, self._whitening.limit)
         self._weight = np.sqrt(expected_information(curvature, tail, self._whitening.limit))[:, None]
@@ -239,6 +243,10 @@ class _Columns:
             white = whiten(self._table.of(rows))[counted]
             yield rows[counted], white[:, : self._own], white[:, self._own :]
 
+    def _volume(self, rows: Index) -> Array:
+        """Returns the slopes (m, k + K) of the log volume of rows (m,)."""
+        return self._of_decay[rows][:, None] * self._decay.of(rows)
+
     def projected(self, fit: Fit, precision: Array) -> tuple[Array, Array, Array]:
         """Returns the own numbers' information (k, k), the candidates' projection (k, K) on them, and information (K,).
 
@@ -253,7 +261,7 @@ class _Columns:
             among = among + nuisance.T @ nuisance
             across += nuisance.T @ weighted
             whole += np.square(weighted).sum(axis=0)
-            score += self._volume[rows].sum(axis=0) - self._slope[rows] @ own
+            score += self._volume(rows)[:, : self._own].sum(axis=0) - self._slope[rows] @ own
         free = ~pushed_out(fit, score)
         among, across = among * np.outer(free, free), across * free[:, None]
         return among, np.linalg.pinv(among + np.diag(precision), hermitian=True) @ across, whole
@@ -267,8 +275,9 @@ class _Columns:
             weighted = self._weight[rows] * left
             information += weighted.T @ weighted
             fourth += (weighted**2 * weighted**2).sum(axis=0)
-            share = -self._slope[rows][:, None] * left - self._volume[rows] @ projection
-            np.add.at(of_runs, self._cluster[rows], share)
+            volume = self._volume(rows)
+            share = volume[:, self._own :] - volume[:, : self._own] @ projection
+            np.add.at(of_runs, self._cluster[rows], share - self._slope[rows][:, None] * left)
         return information, of_runs, fourth
 
 

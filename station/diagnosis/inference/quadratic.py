@@ -30,13 +30,13 @@ class Quadratic:
     hessian: Array
 
     @staticmethod
-    def of(here: Curvature, vector: Array, precision: Array, volume_slope: Array | float = 0.0) -> Quadratic:
+    def of(here: Curvature, vector: Array, precision: Array, owed_slope: Array | float = 0.0) -> Quadratic:
         """Builds it at the numbers `vector` (k,), from the data and priors about 0, whose `precision` is (k,).
 
-        That of the rows' log volume is `volume_slope` (k,).
+        That of the rows' log volume is `owed_slope` (k,).
         """
         hessian = (here.slope * here.curve[:, None]).T @ here.slope + np.diag(precision)
-        return Quadratic(here.slope.T @ here.pull + precision * vector - volume_slope, hessian)
+        return Quadratic(here.slope.T @ here.pull + precision * vector - owed_slope, hessian)
 
     def step(self, least: Array, most: Array) -> tuple[Array, float]:
         """Returns the step (k,) to the maximum between the bounds `least` (k,) and `most` (k,), and the gain promised.

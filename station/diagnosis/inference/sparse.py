@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,6 +68,21 @@ class Table:
         return Table((self.shape[0], len(columns)), tuple(one for one in kept if one.columns))
 
 
+class Sloped(NamedTuple):
+    """Columns of the residuals (rows, K), and of what friction undoes by them, see `likelihood.feedback`."""
+
+    rows: Table
+    decay: Table
+
+    def beside(self, other: Sloped) -> Sloped:
+        """Returns these columns with others after them."""
+        return Sloped(self.rows.beside(other.rows), self.decay.beside(other.decay))
+
+    def chosen(self, columns: Sequence[int]) -> Sloped:
+        """Returns the columns with these numbers, in that order."""
+        return Sloped(self.rows.chosen(columns), self.decay.chosen(columns))
+
+
 def _renumbered(piece: Piece, number: Mapping[int, int]) -> Piece:
     """Returns the columns of a piece that have a new number, under it."""
     known = [index for index, column in enumerate(piece.columns) if column in number]
@@ -91,9 +107,16 @@ def _pieces(evidence: Evidence, parts: Mapping[str, Array]) -> Iterator[Piece]:
         first += len(channel)
 
 
-def side_by_side(evidence: Evidence, tables: Sequence[Table]) -> Table:
-    """Returns the columns of all the tables, one after another."""
-    whole = by_channel(evidence, {}, 0)
-    for table in tables:
-        whole = whole.beside(table)
+def sloped(
+    evidence: Evidence, rows: Mapping[str, Array], columns: int, decay: Mapping[str, Array] | None = None
+) -> Sloped:
+    """Returns columns (n, `columns`) of some of the channels by name, with what they undo; the others' are zero."""
+    return Sloped(by_channel(evidence, rows, columns), by_channel(evidence, decay or {}, columns))
+
+
+def side_by_side(evidence: Evidence, parts: Sequence[Sloped]) -> Sloped:
+    """Returns the columns of all the parts, one after another."""
+    whole = sloped(evidence, {}, 0)
+    for part in parts:
+        whole = whole.beside(part)
     return whole

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 
 import numpy as np
@@ -11,6 +11,7 @@ from station.diagnosis.inference.parameters import Free, moved, vector_of
 from station.diagnosis.observations.channel import Channel
 from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array
+from station.physics.effect import Effect
 from station.physics.model import Model
 
 STEP = 0.02
@@ -22,19 +23,9 @@ def residuals(evidence: Evidence, model: Model) -> dict[str, Array]:
     return {channel.name: channel.residual(model) for channel in evidence.channels}
 
 
-def log_volume(evidence: Evidence, model: Model) -> Array:
-    """Returns the log (rows,) of how far residuals move with what was recorded, see `Channel.log_volume`."""
-    return np.concatenate([channel.log_volume(model) for channel in evidence.channels])
-
-
-def volume_slopes(evidence: Evidence, model: Model, free: Sequence[Free]) -> Array:
-    """Returns the slopes (rows, k) of the log volume, by one-sided differences within the bounds."""
-    vector, here = vector_of(model, free), log_volume(evidence, model)
-    found = np.zeros((len(here), len(free)))
-    for index, number in enumerate(free):
-        step = STEP if vector[index] + STEP <= number.high else -STEP
-        found[:, index] = (log_volume(evidence, moved(model, number, step)) - here) / step
-    return found
+def decays(evidence: Evidence, model: Model) -> dict[str, Array]:
+    """Returns what friction undoes (rows,) in each channel by its name, see `Channel.decay`."""
+    return {channel.name: channel.decay(model) for channel in evidence.channels}
 
 
 def slopes(
@@ -65,19 +56,32 @@ def differences(
     evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str, Array], *, steps: Array | None = None
 ) -> dict[str, Array]:
     """Returns the slopes (rows, k) as in `slopes`, by `steps` (k,), inside a context that `near` has opened."""
-    vector = vector_of(model, free)
     sizes = np.full(len(free), STEP) if steps is None else steps
     found = {name: np.zeros((len(values), len(free))) for name, values in at.items()}
-    for index, (number, size) in enumerate(zip(free, sizes.tolist(), strict=True)):
-        step = size if vector[index] + size <= number.high else -size
-        changed = moved(model, number, step)
+    for index, (number, step, changed) in enumerate(_changed(model, free, sizes)):
         for channel in evidence.channels:
-            if _changes(channel, number):
+            if _changes(channel, number, channel.changed_by):
                 found[channel.name][:, index] = (channel.residual(changed) - at[channel.name]) / step
     return found
 
 
-def _changes(channel: Channel, number: Free) -> bool:
-    if number.effect is None:
-        return channel.frictional
-    return channel.changed_by(number.effect)
+def decay_differences(evidence: Evidence, model: Model, free: Sequence[Free]) -> dict[str, Array]:
+    """Returns the slopes (rows, k) by channel of what `decays` returns, by one-sided differences within the bounds."""
+    at = decays(evidence, model)
+    found = {name: np.zeros((len(values), len(free))) for name, values in at.items()}
+    for index, (number, step, changed) in enumerate(_changed(model, free, np.full(len(free), STEP))):
+        for channel in evidence.channels:
+            if channel.undone_by and _changes(channel, number, channel.decays_by):
+                found[channel.name][:, index] = (channel.decay(changed) - at[channel.name]) / step
+    return found
+
+
+def _changed(model: Model, free: Sequence[Free], sizes: Array) -> Generator[tuple[Free, float, Model]]:
+    """Yields each number, its step, of `sizes` (k,) in its typical size, and the model with that step."""
+    for number, at, size in zip(free, vector_of(model, free).tolist(), sizes.tolist(), strict=True):
+        step = size if at + size <= number.high else -size
+        yield number, step, moved(model, number, step)
+
+
+def _changes(channel: Channel, number: Free, by: Callable[[Effect], bool]) -> bool:
+    return channel.frictional if number.effect is None else by(number.effect)

@@ -27,8 +27,9 @@ class Whitening:
     """Whitens arrays (rows, …) in the stacked order of the evidence's channels.
 
     `run`, `channel` (rows,) are each component's run and channel, `block` (rows,) the first run of its group; `limit`
-    (rows,) marks the censored ones. `log_scale` (runs,) is each run's share of the log of its block's Cholesky
-    determinant, which a log density subtracts.
+    (rows,) marks the censored ones. `unread` (rows,) is the share of each row's variance, given those before it in its
+    block, that is not the error of its reading. `log_scale` (runs,) is each run's share of the log of its block's
+    Cholesky determinant, which a log density subtracts.
     """
 
     def __init__(self, evidence: Evidence, noise: Noise, *, shaking: Array | None = None) -> None:
@@ -38,12 +39,9 @@ class Whitening:
         )
         self.limit: Bools = np.concatenate([channel.rows.limit for channel in evidence.channels])
         self.tail: Array = np.array([noise.tail[channel.name] for channel in evidence.channels])[self.channel]
-        variance = np.concatenate(
-            [
-                noise.of_reading(channel) + (noise.own[channel.name] ** 2 if _is_of_rows(evidence, channel) else 0.0)
-                for channel in evidence.channels
-            ]
-        )
+        reading = np.concatenate([noise.of_reading(channel) for channel in evidence.channels])
+        own_of_rows = [noise.own[one.name] ** 2 * _is_of_rows(evidence, one) for one in evidence.channels]
+        variance = reading + np.array(own_of_rows)[self.channel]
         if shaking is not None:
             variance[: len(shaking)] += shaking**2
         shared, own = _loads(evidence, noise, self.channel)
@@ -57,6 +55,8 @@ class Whitening:
         rows = np.column_stack([variance, shared, own, self.channel, wandering])[self._order]
         log_size, self._begins = np.zeros(len(self.run)), np.zeros(len(self.run), dtype=np.int64)
         _factorise(rows, self._edges, self._factor_begins, self._factors, self._begins, log_size)
+        self.unread: Array = np.empty(len(self.run))
+        self.unread[self._order] = 1.0 - reading[self._order] * np.exp(-2.0 * log_size)
         self.log_scale: Array = np.bincount(self.run[self._order], log_size, evidence.runs).astype(np.float64)
 
     def __call__(self, values: Array) -> Array:

@@ -19,7 +19,7 @@ from station.diagnosis.inference.columns import Looked, Scores, drawn_scores, lo
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.inference.gain import gain, smallest_p
 from station.diagnosis.inference.parameters import free_numbers, vector_of
-from station.diagnosis.inference.sparse import Table, by_channel
+from station.diagnosis.inference.sparse import Sloped, sloped
 from station.diagnosis.likelihood.noise import Noise
 from station.diagnosis.likelihood.slopes import residuals
 from station.diagnosis.likelihood.systematic import allowing_for, is_nuisance, without_nuisances
@@ -152,12 +152,12 @@ def _null(
     return standing(evidence, allowing_for(base, absorbed), question.noise), reasons
 
 
-def _signals(evidence: Evidence, null: Fit, rivals: Sequence[Rival]) -> Table:
+def _signals(evidence: Evidence, null: Fit, rivals: Sequence[Rival]) -> Sloped:
     """Returns the changes of the residuals (rows, rivals) by each rival."""
     at = residuals(evidence, null.model)
     changed = [residuals(evidence, null.model.with_term(one.term)) for one in rivals]
     parts = {name: np.column_stack([one[name] - values for one in changed]) for name, values in at.items()}
-    return by_channel(evidence, parts, len(rivals))
+    return sloped(evidence, parts, len(rivals))
 
 
 def standing(evidence: Evidence, model: Model, noise: Noise) -> Fit:

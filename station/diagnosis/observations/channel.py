@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -58,6 +58,7 @@ class Channel(ABC):
         frictional: True if every law of friction changes its rows.
         level_tells: True if the rows' common level says something: it is neither mu's nor subtracted nor a mean of 0.
         trusted: the systematic floor in `unit`: an effect that changes its rows by less is not claimed on any evidence.
+        undone_by: the methods of `Effect` that change how friction undoes a row's own motion, see `decay`.
         travelled_m: (n,) the way along the block's path, for rows that lie along one, else None. Only differences
             within a run have a meaning.
     """
@@ -70,6 +71,7 @@ class Channel(ABC):
     frictional: bool = False
     level_tells: bool = False
     trusted: float = 0.0
+    undone_by: frozenset[str] = frozenset()
     travelled_m: Array | None = None
 
     def __init__(self, rows: Rows) -> None:
@@ -78,15 +80,22 @@ class Channel(ABC):
     def __len__(self) -> int:
         return len(self.rows)
 
-    def log_volume(self, model: Model) -> Array:
-        """Returns the log (n,) of how far each residual moves with the value that it was recorded for.
+    def decay(self, model: Model) -> Array:
+        """Returns how often (n,) friction undoes, within each row, a change of the very motion that calls it up.
 
-        It is 0 where a model predicts a row by others. Where it predicts a row by that row's own value, residuals under
-        a law that uses less of it scatter less, and are no likelier for that: a density of what was recorded has this
-        factor beside that of the residual.
+        It is 0 where the motion is given, and negative where friction falls with the speed; see `likelihood.feedback`.
         """
         del model
         return np.zeros(len(self))
+
+    def undone(self, covariate: str, columns_of: Callable[[Array], Array]) -> Array | float:
+        """Returns the change (n, k) of `decay` by residuals of which columns (n, k) of a covariate (n,) are part."""
+        del covariate, columns_of
+        return 0.0
+
+    def decays_by(self, effect: Effect) -> bool:
+        """Returns true if an effect changes what `decay` returns."""
+        return bool(self.undone_by & effect.acts_through())
 
     @abstractmethod
     def residual(self, model: Model) -> Array:

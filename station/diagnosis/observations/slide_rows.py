@@ -43,7 +43,7 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
     tracks, count = [recorded.tracks[run] for run in runs], len(recorded.tracks)
     pose = windows["node_pose"].reshape(-1, 3)
     speed, sigma_rad = _speeds(windows), np.array([track.sigma_rad for track in tracks])
-    rate_rad_s, rate_sigma, measured = expected_rates(
+    rate_rad_s, rate_sigma = expected_rates(
         windows["node_yaw_rate_rad_s"], windows["velocity_factor"] * sigma_rad, speed, runs
     )
     down, deviation = _directions(recorded, rate_rad_s / np.maximum(speed, LEAST_M_S))
@@ -73,7 +73,6 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
         _between(windows, plate, uneven),
         _seen(recorded, moments, rate_rad_s.ravel()),
         (down + deviation.common_rad).ravel(),
-        measured,
     )
     middle = {name: values[1::nodes] for name, values in covariates_of(contact).items()}
     # The yaw is that before the slide: a window's own shares the noise of the turning that it is to explain.

@@ -15,6 +15,7 @@ from station.diagnosis.observations.channel import ACROSS, ALONG, Channel, Rows
 from station.diagnosis.observations.moments import Latest, Load, Moments
 from station.diagnosis.observations.windows import WEIGHTS
 from station.physics.contact import Array, Contact, View, middle, unit
+from station.physics.covariates import READ
 from station.physics.dissipation import support_slope
 from station.physics.effect import Effect
 from station.physics.model import Model
@@ -22,6 +23,8 @@ from station.physics.sole import SQUARE_GYRATION, TURNING_RADIUS, carried_across
 
 LEAST_MU = 0.05
 LEAST_M_S, LEAST_M_S2 = 1e-3, 1e-2
+NEAR = 0.01
+"""The share of a speed by which it is changed for the slope of friction over it."""
 LEAST_SLOPE_RAD = 0.05
 """A plate more level than this has no steepest line: a block slides there as it was sent."""
 LEAST_WAY_M = 1e-4
@@ -36,7 +39,7 @@ class Motion:
     onsets' residuals; `yaw_rate_rad_s` (3 n,) is the block's turning at the nodes; `between_m_s2` (n, 3) is what the
     three nodes miss of the means of pull (2) and press over a window in which the plate is set in motion or stopped;
     `view` is the camera's view of the nodes. `usual_way_rad` (3 n,) is the way that slides of such runs go, rad in P:
-    their own, unless it is given. `yaw_measured` (n,) is the share of a window's own turning in its rates at the nodes.
+    their own, unless it is given.
     """
 
     moments: Moments
@@ -47,7 +50,6 @@ class Motion:
     between_m_s2: Array | None = None
     view: View | None = None
     usual_way_rad: Array | None = None
-    yaw_measured: Array | float = 1.0
 
     @property
     def usual_way(self) -> Array:
@@ -162,6 +164,16 @@ class _Slides(Channel):
         x_m, y_m = (values[middle :: len(WEIGHTS)] for values in (contact.x_m, contact.y_m))
         self.travelled_m = np.cumsum(np.hypot(np.diff(x_m, prepend=x_m[:1]), np.diff(y_m, prepend=y_m[:1])))
 
+    @cached_property
+    def lasting_s(self) -> Array:
+        """The times (n,), s, in which friction that a window is the first to show has changed its motion.
+
+        They begin where the run's window before ends.
+        """
+        begin_ns, same = self.rows.from_ns.copy(), np.diff(self.rows.run) == 0
+        begin_ns[1:][same] = self.rows.to_ns[:-1][same]
+        return 1e-9 * np.maximum(self.rows.to_ns - begin_ns, 0)
+
     def _mean(self, values: Array) -> Array:
         """Returns the mean over each window's nodes with the weak form's weights: (3 n,) to (n,)."""
         return values.reshape(len(self), len(WEIGHTS)) @ WEIGHTS
@@ -200,6 +212,7 @@ class Along(_Slides):
     unit: str = "relative friction"
     shares_friction: bool = True
     frictional: bool = True
+    undone_by: frozenset[str] = frozenset({"friction", "push"})
     trusted: float = thresholds.FRICTION_TRUSTED
 
     def __init__(self, rows: Rows, motion: Motion) -> None:
@@ -232,6 +245,34 @@ class Along(_Slides):
         held = held * np.exp(run_effects)
         predicted = (held - self._changed(model, load, self._way, self._middle_way)) / self._normal
         return self._log_recorded - np.log(np.maximum(predicted, 0.05 * self._typical)) + onset
+
+    def decay(self, model: Model) -> Array:
+        """Returns how often (n,) friction or a drag undoes what a window's speed changes: by its slope over that."""
+        if not any(map(model.acting, self.undone_by)):
+            return np.zeros(len(self))
+        slow, fast = (self._holding(model, contact) for contact in self._speeds)
+        return self.lasting_s * (fast - slow) / (self._speeds[1].speed_m_s - self._speeds[0].speed_m_s)
+
+    def _holding(self, model: Model, contact: Contact) -> Array:
+        """Returns what holds the block back (n,), m/s², at contacts (n,) of the windows."""
+        pushed = model.push(contact)[:, :2] if model.acting("push") else np.zeros((len(contact), 2))
+        return self._normal * model.friction(contact) - _dot(pushed, contact.way)
+
+    def undone(self, covariate: str, columns_of: Callable[[Array], Array]) -> Array | float:
+        """Returns the change (n, k) of `decay`; friction that is larger makes the residual smaller."""
+        if covariate not in READ:
+            return 0.0
+        slow, fast = (columns_of(READ[covariate](contact)) for contact in self._speeds)
+        gained_m_s = self._speeds[1].speed_m_s - self._speeds[0].speed_m_s
+        return -(self.lasting_s * self.friction_m_s2() / gained_m_s)[:, None] * (fast - slow)
+
+    @cached_property
+    def _speeds(self) -> tuple[Contact, Contact]:
+        """The contacts (n,) at the windows' middles, a little slower and a little faster than recorded."""
+        middle = self.contact.chosen(np.arange(len(WEIGHTS) // 2, len(self.contact), len(WEIGHTS)))
+        speed = np.maximum(middle.speed_m_s, LEAST_M_S)
+        slow, fast = (replace(middle, speed_m_s=share * speed) for share in (1.0 - NEAR, 1.0 + NEAR))
+        return slow, fast
 
     def off(self, model: Model) -> Array:
         """Returns the friction (n,) along the slide less that of the run's onset: a drop leaves it below throughout."""
@@ -320,6 +361,7 @@ class Turn(_Slides):
     title: str = "the block's turning"
     sees: bool = True
     unit: str = "rad/s²"
+    undone_by: frozenset[str] = frozenset({"lead"})
     trusted: float = thresholds.TURN_TRUSTED_RAD_S2
 
     def __init__(self, rows: Rows, motion: Motion) -> None:
@@ -343,16 +385,10 @@ class Turn(_Slides):
         turned = motion.yaw_acceleration_rad_s2 - seen.spin_rad_s2
         return turned - self._mean(np.broadcast_to(predicted, len(motion.moments)))
 
-    def log_volume(self, model: Model) -> Array:
-        """Returns the log (n,) of how far each residual moves with the turning that was recorded.
-
-        What a window turns faster by at its end adds half of that to its mean rate, against which friction acts. A
-        moment that nobody knows and its friction are nearly as large, so that a law of none would fit better.
-        """
+    def decay(self, model: Model) -> Array:
+        """Returns how often (n,) friction against the turning undoes what a window's turning changes."""
         lead = model.lead(self.motion.moments.reported)
-        rate = self._mean(self._held * self._resisting * left_against_turning(lead))
-        lasting_s = 1e-9 * (self.rows.to_ns - self.rows.from_ns)
-        return np.log1p(0.5 * lasting_s * self.motion.yaw_measured * rate)
+        return self.lasting_s * self._mean(self._held * self._resisting * left_against_turning(lead))
 
     def _across(self, model: Model) -> Array:
         """Returns the friction (3 n,) to the right of the way, m/s²: by the slope of the model's limit curve."""

@@ -14,8 +14,6 @@ without any scatter: .0045 for 0, its lead 0 for .12).
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,16 +30,10 @@ ROUNDS = 3
 """A slide's own turn is as uncertain as its stretches' deviations let it be, and these are what it leaves."""
 
 
-class ExpectedRates(NamedTuple):
-    """The expected rates (n, 3) and their errors (n,), rad/s, and the share (n,) of the measured ones in them."""
-
-    rate_rad_s: Array
-    sigma_rad_s: Array
-    measured: Array
-
-
-def expected_rates(rate_rad_s: Array, sigma_rad_s: Array, speed_m_s: Array, run: NDArray[np.int64]) -> ExpectedRates:
-    """Returns what the rates are expected to be.
+def expected_rates(
+    rate_rad_s: Array, sigma_rad_s: Array, speed_m_s: Array, run: NDArray[np.int64]
+) -> tuple[Array, Array]:
+    """Returns the expected rates (n, 3) and their errors (n,), rad/s.
 
     Args:
         rate_rad_s: (n, 3) the measured rates at three moments of each of n stretches of slides, rad/s.
@@ -50,7 +42,7 @@ def expected_rates(rate_rad_s: Array, sigma_rad_s: Array, speed_m_s: Array, run:
         run: (n,) the stretches' runs.
     """
     if not len(run):
-        return ExpectedRates(rate_rad_s, sigma_rad_s, np.ones(0))
+        return rate_rad_s, sigma_rad_s
     speed = np.maximum(speed_m_s[:, 1], LEAST_M_S)
     turn, sigma = rate_rad_s[:, 1] / speed, np.maximum(sigma_rad_s, LEAST_RAD_S) / speed
     own, usual, usual_sigma = 0.0, np.zeros_like(turn), np.zeros_like(turn)
@@ -62,7 +54,7 @@ def expected_rates(rate_rad_s: Array, sigma_rad_s: Array, speed_m_s: Array, run:
     trust = own / (own + sigma**2)
     error = np.hypot(np.sqrt(trust) * sigma, (1.0 - trust) * usual_sigma)
     usual_rate = usual[:, None] * speed_m_s
-    return ExpectedRates(usual_rate + trust[:, None] * (rate_rad_s - usual_rate), error * speed, trust)
+    return usual_rate + trust[:, None] * (rate_rad_s - usual_rate), error * speed
 
 
 def _of_slides(turn: Array, sigma: Array, run: NDArray[np.int64]) -> tuple[Array, Array]:

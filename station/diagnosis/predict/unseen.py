@@ -13,10 +13,11 @@ import numpy as np
 from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.inference.noise_of import shaking_of
+from station.diagnosis.likelihood.feedback import owed
 from station.diagnosis.likelihood.noise import TAILS
-from station.diagnosis.likelihood.slopes import log_volume
+from station.diagnosis.likelihood.slopes import decays
 from station.diagnosis.likelihood.student import log_density, scale_of
-from station.diagnosis.likelihood.whitening import Whitening
+from station.diagnosis.likelihood.whitening import Whitening, stack
 from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array, Bools
 
@@ -25,7 +26,8 @@ def unseen_log_run(evidence: Evidence, fitted: Fit) -> Array:
     """Returns the log density (runs,), nat, of each run; that of the runs which were fitted has no meaning."""
     whitening = Whitening(evidence, fitted.noise, shaking=shaking_of(evidence, fitted.model))
     known = evidence.counted[whitening.run] & ~whitening.limit
-    found = np.bincount(whitening.run, log_volume(evidence, fitted.model), evidence.runs) - whitening.log_scale
+    volume = owed(whitening, stack(evidence, decays(evidence, fitted.model)))
+    found = np.bincount(whitening.run, volume, evidence.runs) - whitening.log_scale
     for index, channel in enumerate(evidence.channels):
         mine = whitening.channel == index
         # The means of a continuous record have no tail (see `fit.with_tails`).

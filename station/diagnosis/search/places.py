@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from station.diagnosis import thresholds
-from station.diagnosis.inference.sparse import Table, by_channel, side_by_side
+from station.diagnosis.inference.sparse import Sloped, side_by_side, sloped
 from station.diagnosis.observations.channel import Channel
 from station.diagnosis.observations.covariates import ANGLES
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.plate import Times
-from station.physics.contact import Array
+from station.physics.contact import Array, Bools
+from station.physics.smooth import Powers
 
 DEPENDENT = 1e-3
 """Singular values below this share of the largest belong to columns that repeat others."""
 
 SET_BY_FRICTION = frozenset({"speed", "slide_time", "tilt", "tilt_rate"})
 """A run's own friction sets these of its slide, after the onset as read: one that is read late makes both the slide
-younger and its friction smaller than the onset's. So friction along the slide is compared with them within each run: a
-null had p 1e-9 for the time since the onset (`python -m tests.proof --tier own/null:60 --no-refits --seed 20261540`).
+younger and its friction smaller than the onset's. So friction along the slide is compared with what has changed of them
+since the run's first row: a null had p 1e-9 for the time since the onset (`python -m tests.proof --tier own/null:60
+--no-refits --seed 20261540`). The difference from a run's mean would know what comes later, which friction has set as
+well (Nickell 1981, Econometrica 49, 1417): a null of a steep plate had p 1e-8 for the speed.
 """
 
 EVERYWHERE = "all"
@@ -45,35 +49,48 @@ class Place:
         return self.channel.phase
 
 
-def places_of(evidence: Evidence, first_column: int) -> tuple[list[Place], Table]:
+def places_of(evidence: Evidence, first_column: int) -> tuple[list[Place], Sloped]:
     """Returns all places, and their columns (stacked rows, K), numbered from `first_column` on."""
-    found, parts, number = list[Place](), list[Table](), first_column
+    found, parts, number = list[Place](), list[Sloped](), first_column
     for channel in evidence.channels:
-        scale = np.median(channel.rows.sigma) if not channel.shares_friction else 0.01
+        scale = float(np.median(channel.rows.sigma)) if not channel.shares_friction else 0.01
         for name, basis in _bases(channel).items():
-            place = Place(channel, name, basis * scale, tuple(range(number, number + basis.shape[1])))
-            parts.append(by_channel(evidence, {channel.name: place.basis}, basis.shape[1]))
-            number += basis.shape[1]
+            count = basis.columns.shape[1]
+            place = Place(channel, name, basis.columns * scale, tuple(range(number, number + count)))
+            undone = {channel.name: basis.undone * scale}
+            parts.append(sloped(evidence, {channel.name: place.basis}, count, undone))
+            number += count
             found.append(place)
     return found, side_by_side(evidence, parts)
 
 
-def _bases(channel: Channel) -> dict[str, Array]:
+class _Basis(NamedTuple):
+    """Columns (n, k) of a channel, and the change (n, k) of its `decay` by them."""
+
+    columns: Array
+    undone: Array
+
+    @staticmethod
+    def of(columns: Array | None, undone: Array | float = 0.0) -> _Basis | None:
+        """Returns independent columns for those given (n, m), with what they undo (n, m); None if there are none."""
+        found = None if columns is None else _independent(columns)
+        if columns is None or found is None:
+            return None
+        combined = np.linalg.lstsq(columns - columns.mean(axis=0), found)[0]
+        return _Basis(found, np.broadcast_to(undone, columns.shape) @ combined)
+
+
+def _bases(channel: Channel) -> dict[str, _Basis]:
     covariates = dict(channel.rows.covariates)
-    bases: dict[str, Array] = {}
+    bases: dict[str, _Basis | None] = {}
     if "x" in covariates and "y" in covariates:
-        spot = _spot(covariates.pop("x"), covariates.pop("y"))
-        if spot is not None:
-            bases["position"] = spot
+        bases["position"] = _Basis.of(_spot(covariates.pop("x"), covariates.pop("y")))
     for name, values in covariates.items():
-        basis = _angle(values) if name in ANGLES else _smooth(values, least_spread(name), 4 if name == "run" else 3)
-        if basis is not None and name in SET_BY_FRICTION and channel.shares_friction:
-            basis = _independent(_within(basis, channel.rows.run))
-        if basis is not None:
-            bases[name] = basis
+        bases[name] = _Basis.of(_angle(values)) if name in ANGLES else _smooth(channel, name, values)
     if channel.level_tells:
-        bases[EVERYWHERE] = np.ones((len(channel), 1))
-    return bases
+        ones = np.ones((len(channel), 1))
+        bases[EVERYWHERE] = _Basis(ones, np.zeros_like(ones))
+    return {name: basis for name, basis in bases.items() if basis is not None}
 
 
 def least_spread(covariate: str) -> float:
@@ -95,15 +112,20 @@ def _angle(angle: Array) -> Array | None:
     distinct = len(np.unique(np.round(np.mod(angle[known], 2 * np.pi) / 0.1)))
     order = 3 if distinct > 8 else 2 if distinct > 3 else 1
     waves = [wave(k * np.where(known, angle, 0.0)) for k in range(1, order + 1) for wave in (np.cos, np.sin)]
-    columns = [np.where(known, wave, wave[known].mean()) for wave in waves]
-    return _independent(np.column_stack(columns))
+    return np.column_stack([np.where(known, wave, wave[known].mean()) for wave in waves])
 
 
-def _smooth(values: Array, least: float, order: int) -> Array | None:
-    """Returns polynomials (n, k) of the standardised values (n,), unknown ones at the median.
+def _smooth(channel: Channel, name: str, values: Array) -> _Basis | None:
+    """Returns the powers of a covariate's values (n,), unknown ones at the median; None if they hardly vary."""
+    begin, begins = _begins(values, channel.rows.run) if _is_set(channel, name) else (0.0, False)
+    form = _powers(values - begin, least_spread(name), 4 if name == "run" else 3)
+    if form is None:
+        return None
+    undone = channel.undone(name, lambda changed: np.where(begins, 0.0, form.of(changed - begin)))
+    return _Basis.of(form.of(values - begin), undone)
 
-    It is None if they hardly vary.
-    """
+
+def _powers(values: Array, least: float, order: int) -> Powers | None:
     known = np.isfinite(values)
     if known.sum() < thresholds.LEAST_ROWS:
         return None
@@ -111,23 +133,26 @@ def _smooth(values: Array, least: float, order: int) -> Array | None:
     if not spread > least:
         return None
     middle = float(np.median(values[known]))
-    scaled = np.where(known, np.clip((np.where(known, values, middle) - middle) / spread, -1.5, 1.5), 0.0)
-    distinct = len(np.unique(np.round(scaled, 3)))
-    return _independent(np.column_stack([scaled**k for k in range(1, min(order, distinct - 1) + 1)]))
+    distinct = len(np.unique(np.round((values[known] - middle) / spread, 3)))
+    return Powers(middle=middle, spread=float(spread), degree=min(order, distinct - 1))
 
 
 def _spot(x: Array, y: Array) -> Array | None:
     if len(x) < thresholds.LEAST_ROWS or max(np.ptp(x), np.ptp(y)) < thresholds.LEAST_PLACES_M:
         return None
     u, v = x / 0.03, y / 0.03
-    return _independent(np.column_stack([u, v, u * u, u * v, v * v]))
+    return np.column_stack([u, v, u * u, u * v, v * v])
 
 
-def _within(columns: Array, run: Times) -> Array:
-    """Returns the columns (n, k) less their means over each of the runs (n,) that have several rows."""
-    count = np.bincount(run)
-    means = np.column_stack([np.bincount(run, column) for column in columns.T]) / np.maximum(count, 1)[:, None]
-    return np.where((count > 1)[run, None], columns - means[run], columns)
+def _is_set(channel: Channel, covariate: str) -> bool:
+    """Returns true if a run's own friction sets the covariate in a channel of several rows a run."""
+    return covariate in SET_BY_FRICTION and channel.shares_friction and bool(np.any(np.diff(channel.rows.run) == 0))
+
+
+def _begins(values: Array, run: Times) -> tuple[Array, Bools]:
+    """Returns the value (n,) of the first row of each row's run (n,), and which rows (n, 1) are that one."""
+    _, first, of = np.unique(run, return_index=True, return_inverse=True)
+    return values[first][of], (np.arange(len(run)) == first[of])[:, None]
 
 
 def _independent(columns: Array) -> Array | None:

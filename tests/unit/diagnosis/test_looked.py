@@ -20,7 +20,7 @@ def test_some_of_many_are_what_they_are_alone() -> None:
     chosen, alone = looked(evidence, model, many).of(few), looked(evidence, model, [many[1], many[3]])
     assert [one.effect.id for one in chosen.variants] == [one.effect.id for one in alone.variants]
     assert [one.columns for one in chosen.variants] == [one.columns for one in alone.variants]
-    np.testing.assert_array_equal(chosen.table.whole(), alone.table.whole())
+    np.testing.assert_array_equal(chosen.table.rows.whole(), alone.table.rows.whole())
     np.testing.assert_array_equal(chosen.low, alone.low)
     np.testing.assert_array_equal(chosen.high, alone.high)
 
@@ -30,4 +30,4 @@ def test_of_none_there_is_no_column() -> None:
     evidence = table_evidence(samples(runs=20), Setting())
     seen = looked(evidence, Model(mu_s=MU), ())
     assert seen.variants == ()
-    assert seen.table.shape == (sum(len(channel) for channel in evidence.channels), 0)
+    assert seen.table.rows.shape == (sum(len(channel) for channel in evidence.channels), 0)

@@ -56,7 +56,7 @@ def apart() -> tuple[Evidence, Evidence]:
 
 @pytest.mark.parametrize("effect", SEEN, ids=lambda effect: effect.id)
 def test_such_ways_hardly_change_what_a_number_does(effect: Effect, apart: tuple[Evidence, Evidence]) -> None:
-    one, other = (looked(session, PLAIN, [effect]).table for session in apart)
+    one, other = (looked(session, PLAIN, [effect]).table.rows for session in apart)
     rows = np.arange(one.shape[0])
     size = np.linalg.norm(one.of(rows), axis=0)
     assert np.all(np.linalg.norm(other.of(rows) - one.of(rows), axis=0) <= 0.04 * size)
@@ -68,7 +68,7 @@ def test_blocks_gain_speed_in_the_picture_of_a_session_done_again() -> None:
     assert known is not None
     (again,) = redone(known, *protocol_of(known, (), runs=2 * evidence.runs), truths=[PLAIN])
     shutter = KNOWN["rolling_shutter"]
-    seen = looked(again, PLAIN, [shutter]).table
+    seen = looked(again, PLAIN, [shutter]).table.rows
     assert seen.shape[0] == sum(len(channel) for channel in again.channels)
     slides = [one for one in again.channels if isinstance(one, Along)]
     view = slides[0].motion.view

@@ -13,7 +13,8 @@ from station.diagnosis.inference.columns import looked, pushed_out, scores, scor
 from station.diagnosis.inference.fit import Fit, fit
 from station.diagnosis.inference.noise_of import shaking_of
 from station.diagnosis.inference.sparse import Index, Table, by_channel
-from station.diagnosis.likelihood.slopes import residuals, slopes
+from station.diagnosis.likelihood.feedback import owed_slope
+from station.diagnosis.likelihood.slopes import decay_differences, decays, residuals, slopes
 from station.diagnosis.likelihood.student import pulls
 from station.diagnosis.likelihood.whitening import Whitening, stack
 from station.diagnosis.observations.build import evidence_of
@@ -74,7 +75,7 @@ def test_scores_are_those_of_the_whole_table(fitted: tuple[Evidence, Fit], monke
     effects = [catalogue()[name] for name in ("contact_aging", "viscous", "camera_sag", "plate_anisotropy")]
     seen = looked(evidence, found.model, effects)
     scored = scores_of(evidence, found, seen)
-    information, score = at_once(evidence, found, seen.table)
+    information, score = at_once(evidence, found, seen.table.rows, seen.table.decay)
     known = np.diag(scored.information) > 0.0
     assert known.sum() > 4
     np.testing.assert_allclose(scored.information[known][:, known], information[known][:, known], rtol=1e-9, atol=1e-9)
@@ -88,7 +89,7 @@ def in_small_parts(whitening: Whitening) -> Iterator[tuple[Index, Callable[[Arra
     return PARTS(whitening, 50)
 
 
-def at_once(evidence: Evidence, found: Fit, table: Table) -> tuple[Array, Array]:
+def at_once(evidence: Evidence, found: Fit, table: Table, decay: Table) -> tuple[Array, Array]:
     """Information (K, K) and score (K,) of the columns beside the fit's own numbers that are not held at a bound."""
     at = residuals(evidence, found.model)
     whitening = Whitening(evidence, found.noise, shaking=shaking_of(evidence, found.model))
@@ -99,13 +100,16 @@ def at_once(evidence: Evidence, found: Fit, table: Table) -> tuple[Array, Array]
     root = np.sqrt(np.where(whitening.limit[counted], curvature, of_row))[:, None]
     own = whitening(stack(evidence, slopes(evidence, found.model, found.free, at)))[counted]
     columns = whitening(table.whole())[counted]
+    of_decay = owed_slope(whitening, stack(evidence, decays(evidence, found.model)))[counted]
+    own_owed = of_decay @ stack(evidence, decay_differences(evidence, found.model, found.free))[counted]
     precision = np.array([number.precision for number in found.free])
-    free_to_move = ~pushed_out(found, -(pull @ own) - precision * found.vector)
+    free_to_move = ~pushed_out(found, own_owed - pull @ own - precision * found.vector)
+    owed = of_decay @ decay.whole()[counted]
     own, precision, vector = own[:, free_to_move], precision[free_to_move], found.vector[free_to_move]
     among = (root * own).T @ (root * own) + np.diag(precision)
     taken = np.linalg.solve(among, (root * own).T @ (root * columns))
     free = columns - own @ taken
-    score = -(pull @ free) + taken.T @ (precision * vector)
+    score = owed - pull @ free + taken.T @ (precision * vector - own_owed[free_to_move])
     return (root * free).T @ (root * free) + taken.T @ np.diag(precision) @ taken, score
 
 

@@ -21,7 +21,7 @@ def seen(own_rad_m: float, *, of_slides: float = 0.0) -> tuple[Array, Array, Arr
     true = speed * (rng.normal(0.0, own_rad_m, STRETCHES) + rng.normal(0.0, of_slides, STRETCHES // OF_A_RUN)[run])
     measured = true + rng.normal(0.0, SIGMA, STRETCHES)
     across = np.repeat(np.column_stack([measured, speed]), 3, axis=0).reshape(STRETCHES, 3, 2)
-    expected, error, _ = expected_rates(across[..., 0], np.full(STRETCHES, SIGMA), across[..., 1], run)
+    expected, error = expected_rates(across[..., 0], np.full(STRETCHES, SIGMA), across[..., 1], run)
     return true, expected, error
 
 
@@ -51,13 +51,6 @@ def test_blocks_that_do_not_turn_are_not_expected_to() -> None:
 
 def test_without_stretches_nothing_is_expected() -> None:
     nothing = np.zeros((0, 3))
-    expected, error, measured = expected_rates(nothing, np.zeros(0), nothing, np.zeros(0, dtype=np.int64))
+    expected, error = expected_rates(nothing, np.zeros(0), nothing, np.zeros(0, dtype=np.int64))
     assert expected.shape == (0, 3)
-    assert error.shape == measured.shape == (0,)
-
-
-def test_windows_that_tell_no_turning_of_their_own_have_that_of_their_slide() -> None:
-    sigma, run = np.full(STRETCHES, SIGMA), np.repeat(np.arange(STRETCHES // OF_A_RUN), OF_A_RUN)
-    rates = SIGMA * np.random.default_rng(20261158).standard_normal((STRETCHES, 3))
-    assert expected_rates(rates, sigma, np.ones((STRETCHES, 3)), run).measured.max() < 0.1
-    assert expected_rates(30.0 * rates, sigma, np.ones((STRETCHES, 3)), run).measured.min() > 0.9
+    assert error.shape == (0,)
