@@ -17,10 +17,12 @@ from station.app.recordings import plan_toml
 from station.pool import spread
 from station.recording.provenance import Provenance
 from station.recording.writer import Recording, partial_path
+from station.sampling.plan import Plan
 from tests.proof.patch_world import rig as rigs
 from tests.proof.patch_world.cases import case_of_key, draw_ids, make_case
 from tests.proof.patch_world.session import Session
 from tests.proof.patch_world.truth import acted
+from tests.proof.patch_world.world import World
 
 VERSION = 2
 """The generator's version: another one may make other bytes of the same arguments."""
@@ -103,13 +105,7 @@ def _record(order: Order, key: dict[str, Any]) -> str:
     partial_path(folder / RECORDING).unlink(missing_ok=True)
     text, plan = rigs.rig_toml(case.plain.contact), rigs.plan(runs=order.runs, seed=case.seed % 2**31)
     (folder / RIG).write_text(text, encoding="utf-8")
-    provenance = Provenance(
-        rig_id="patchworld", started_ns=SIMULATION_EPOCH_NS, mode="lockstep", seed=plan.seed, rig_toml=text,
-        plan_toml=plan_toml(plan),
-    )  # fmt: skip
-    with Recording(folder / RECORDING, provenance=provenance, overwrite=True, flush_every_s=60.0) as recording:
-        session = Session(case.world, plan, recording, rig=rigs.rig_config(text), seed=case.seed)
-        fault = session.run()
+    session, fault = record(folder / RECORDING, case.world, plan, rig_toml=text, seed=case.seed)
     digest = hashlib.sha256((folder / RECORDING).read_bytes()).hexdigest()
     truth = {
         "case": case.name,
@@ -120,6 +116,17 @@ def _record(order: Order, key: dict[str, Any]) -> str:
     _write(_truth_path(order, case.name), (json.dumps(truth, sort_keys=True) + "\n").encode())
     ended = f", ended because: {fault}" if fault else ""
     return f"{case.name}: {len(session.runs)} runs, {session.bench.time_s:.0f} s{ended}"
+
+
+def record(path: Path, world: World, plan: Plan, *, rig_toml: str, seed: int) -> tuple[Session, str]:
+    """Records a session of a world by a plan; returns it, and an empty text or why it stopped."""
+    provenance = Provenance(
+        rig_id="patchworld", started_ns=SIMULATION_EPOCH_NS, mode="lockstep", seed=plan.seed, rig_toml=rig_toml,
+        plan_toml=plan_toml(plan),
+    )  # fmt: skip
+    with Recording(path, provenance=provenance, overwrite=True, flush_every_s=60.0) as recording:
+        session = Session(world, plan, recording, rig=rigs.rig_config(rig_toml), seed=seed)
+        return session, session.run()
 
 
 def _truth_path(order: Order, name: str) -> Path:
