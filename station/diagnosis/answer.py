@@ -13,6 +13,7 @@ from station.diagnosis.inference.determined import determined
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.inference.level import as_simulated, level_of
 from station.diagnosis.inference.values import values_of
+from station.diagnosis.likelihood.mapping import told
 from station.diagnosis.likelihood.systematic import without_nuisances
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.one_function import Finding, as_one
@@ -120,7 +121,7 @@ def answered(
         ),
         untestable=untestable,
         numerics=(),
-        notes=(*evidence.notes, *(note for one in beside for note in one.notes)),
+        notes=(*evidence.notes, *told(found.model.model), *(note for one in beside for note in one.notes)),
         model=table_of_model(_with_mass(as_simulated(evidence, assessment.model), catalogue, tips)),
     )
 

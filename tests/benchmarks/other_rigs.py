@@ -69,7 +69,7 @@ def _said_again(signals: Signals) -> Signals:
 
 
 def _turned_against_the_camera(signals: Signals) -> Signals:
-    turn = Rotation.from_euler("z", 1.0, degrees=True)
+    turn = Rotation.from_euler("z", 3.0, degrees=True)
     quaternion = np.roll((_rotations(signals.attitude) * turn).as_quat(), 1, axis=1)
     return _attitude(signals, quaternion=quaternion, rate_rad_s=turn.inv().apply(signals.attitude.rate_rad_s))
 
@@ -113,7 +113,7 @@ RIGS: Mapping[str, Rig] = {
     "no rates, steps of .088°": _in_steps,
     "a hobby arm": _hobby_arm,
     "attitudes' stamps jitter by 3 ms": _attitudes_jitter,
-    "the plate turned by 1° against the camera": _turned_against_the_camera,
+    "the plate turned by 3° against the camera": _turned_against_the_camera,
     "30 frames a second": _thirty_frames,
     "frames' stamps jitter by 1 ms": _frames_jitter,
 }

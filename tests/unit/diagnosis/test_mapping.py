@@ -40,7 +40,7 @@ def strained(xx: float, yy: float, xy: float, *, lean: float = 0.0) -> Array:
     return np.array([[1.0 + xx, xy, 0.0], [xy, 1.0 + yy, 0.0], [lean, 0.0, 1.0]])
 
 
-@pytest.mark.parametrize("turn_deg", [-0.4, 0.2])
+@pytest.mark.parametrize("turn_deg", [-0.4, 0.2, 3.0])
 def test_no_push_aside_is_told_of_it(turn_deg: float) -> None:
     said = examined(seen_by(turned(math.radians(turn_deg))), catalogue(), setting=SETTING)
     assert said.diagnosis.effects == ()
@@ -49,6 +49,8 @@ def test_no_push_aside_is_told_of_it(turn_deg: float) -> None:
     assert said.found is not None
     values = {term.effect: term.values for term in said.found.search.model.model.terms}[CAMERA_MAP]
     assert math.degrees(values["turn_rad"]) == pytest.approx(turn_deg, abs=0.1)
+    notes = [note for note in said.diagnosis.notes if "turned by" in note]
+    assert len(notes) == (abs(turn_deg) > 1.0)
 
 
 STRAINS = {
