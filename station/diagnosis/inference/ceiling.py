@@ -34,8 +34,8 @@ def expected_log_run(evidence: Evidence, fitted: Fit) -> Array:
     expected = -entropy(whitening.tail)
     expected += _calmer(evidence, whitening, scored - expected)[whitening.channel]
     each = np.where(whitening.limit, scored, expected)
-    volume = owed(whitening, stack(evidence, decays(evidence, fitted.model)))
-    found = np.bincount(whitening.run, each + volume, evidence.runs) - whitening.log_scale
+    each = each + owed(whitening, stack(evidence, decays(evidence, fitted.model)))
+    found = np.bincount(whitening.run, each, evidence.runs) - whitening.log_scale
     return found + fitted.log_prior / evidence.runs
 
 

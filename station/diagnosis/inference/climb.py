@@ -63,8 +63,8 @@ class Point:
     @cached_property
     def density(self) -> Array:
         """The log density (rows,) of each component, which several steps ask for."""
-        volume = owed(self.whitening, self.decay)
-        return log_density(self.white, self.whitening.tail, self.whitening.limit) + volume
+        density = log_density(self.white, self.whitening.tail, self.whitening.limit)
+        return density + owed(self.whitening, self.decay)
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +162,7 @@ class Climb:
         return steps is not None
 
     def _owed_slope(self) -> Array:
-        """Returns the slopes (k,) of the log volume of all rows that count."""
+        """Returns the slopes (k,) of what the rows that count owe to their own motion."""
         whitening = self.point.whitening
         counted = self.counts[whitening.run]
         return owed_slope(whitening, self.point.decay)[counted] @ self._decay_slope[counted]

@@ -243,8 +243,8 @@ class _Columns:
             white = whiten(self._table.of(rows))[counted]
             yield rows[counted], white[:, : self._own], white[:, self._own :]
 
-    def _volume(self, rows: Index) -> Array:
-        """Returns the slopes (m, k + K) of the log volume of rows (m,)."""
+    def _owed(self, rows: Index) -> Array:
+        """Returns the slopes (m, k + K) of what rows (m,) owe to their own motion."""
         return self._of_decay[rows][:, None] * self._decay.of(rows)
 
     def projected(self, fit: Fit, precision: Array) -> tuple[Array, Array, Array]:
@@ -261,7 +261,7 @@ class _Columns:
             among = among + nuisance.T @ nuisance
             across += nuisance.T @ weighted
             whole += np.square(weighted).sum(axis=0)
-            score += self._volume(rows)[:, : self._own].sum(axis=0) - self._slope[rows] @ own
+            score += self._owed(rows)[:, : self._own].sum(axis=0) - self._slope[rows] @ own
         free = ~pushed_out(fit, score)
         among, across = among * np.outer(free, free), across * free[:, None]
         return among, np.linalg.pinv(among + np.diag(precision), hermitian=True) @ across, whole
@@ -275,8 +275,8 @@ class _Columns:
             weighted = self._weight[rows] * left
             information += weighted.T @ weighted
             fourth += (weighted**2 * weighted**2).sum(axis=0)
-            volume = self._volume(rows)
-            share = volume[:, self._own :] - volume[:, : self._own] @ projection
+            owed = self._owed(rows)
+            share = owed[:, self._own :] - owed[:, : self._own] @ projection
             np.add.at(of_runs, self._cluster[rows], share - self._slope[rows][:, None] * left)
         return information, of_runs, fourth
 

@@ -33,7 +33,7 @@ class Quadratic:
     def of(here: Curvature, vector: Array, precision: Array, owed_slope: Array | float = 0.0) -> Quadratic:
         """Builds it at the numbers `vector` (k,), from the data and priors about 0, whose `precision` is (k,).
 
-        That of the rows' log volume is `owed_slope` (k,).
+        What rows owe to their own motion has the slopes `owed_slope` (k,), see `likelihood.feedback`.
         """
         hessian = (here.slope * here.curve[:, None]).T @ here.slope + np.diag(precision)
         return Quadratic(here.slope.T @ here.pull + precision * vector - owed_slope, hessian)

@@ -4,7 +4,7 @@ A window's friction, and the moment against its turning, are predicted at the sp
 that window. But what nobody knows of its friction has changed these. A residual e = a + c v, of the accelerations a and
 of friction that undoes c of the velocity v in a second, is then correlated with v, and minus its square over twice its
 variance σ² has a slope by c of which the expectation is not zero at the true c: it falls with −E[e v] / σ². With
-x = c Δt, by how much friction undoes a change within the window Δt, and v' = e − c v,
+x = c Δt, by how much friction undoes a change within the window Δt, and dv / dt = e − c v,
 
     E[e v] / σ² = Δt (x − 1 + exp(−x)) / x²,
 
@@ -33,6 +33,10 @@ LINEAR = 1e-3
 """The size of x below which three terms of the series are exact to 1e-10."""
 
 
+STEEPEST = -20.0
+"""The least x, where exp(−x) is still far from the largest number: a law that falls so steeply fits nothing."""
+
+
 def owed(whitening: Whitening, decay: Array) -> Array:
     """Returns what is added to the log densities (rows,), by how often friction undoes a change in them (rows,)."""
     x = _away(decay)
@@ -51,4 +55,4 @@ def owed_slope(whitening: Whitening, decay: Array) -> Array:
 
 def _away(decay: Array) -> Array:
     """Returns the decay (rows,), and LINEAR where it is nearer to 0."""
-    return np.where(np.abs(decay) > LINEAR, decay, LINEAR)
+    return np.where(np.abs(decay) > LINEAR, np.maximum(decay, STEEPEST), LINEAR)

@@ -24,7 +24,7 @@ from station.physics.sole import SQUARE_GYRATION, TURNING_RADIUS, carried_across
 LEAST_MU = 0.05
 LEAST_M_S, LEAST_M_S2 = 1e-3, 1e-2
 NEAR = 0.01
-"""The share of a speed by which it is changed for the slope of friction over it."""
+"""The share by which a window's speeds are widened for the slope of friction over them: some are all alike."""
 LEAST_SLOPE_RAD = 0.05
 """A plate more level than this has no steepest line: a block slides there as it was sent."""
 LEAST_WAY_M = 1e-4
@@ -268,11 +268,11 @@ class Along(_Slides):
 
     @cached_property
     def _speeds(self) -> tuple[Contact, Contact]:
-        """The contacts (n,) at the windows' middles, a little slower and a little faster than recorded."""
+        """The contacts (n,) at the windows' middles, at the slowest and the fastest speed of each window."""
         middle = self.contact.chosen(np.arange(len(WEIGHTS) // 2, len(self.contact), len(WEIGHTS)))
-        speed = np.maximum(middle.speed_m_s, LEAST_M_S)
-        slow, fast = (replace(middle, speed_m_s=share * speed) for share in (1.0 - NEAR, 1.0 + NEAR))
-        return slow, fast
+        speed = np.maximum(self.contact.speed_m_s, LEAST_M_S).reshape(len(self), len(WEIGHTS))
+        slow = replace(middle, speed_m_s=(1.0 - NEAR) * speed.min(axis=1))
+        return slow, replace(middle, speed_m_s=(1.0 + NEAR) * speed.max(axis=1))
 
     def off(self, model: Model) -> Array:
         """Returns the friction (n,) along the slide less that of the run's onset: a drop leaves it below throughout."""

@@ -26,8 +26,8 @@ def unseen_log_run(evidence: Evidence, fitted: Fit) -> Array:
     """Returns the log density (runs,), nat, of each run; that of the runs which were fitted has no meaning."""
     whitening = Whitening(evidence, fitted.noise, shaking=shaking_of(evidence, fitted.model))
     known = evidence.counted[whitening.run] & ~whitening.limit
-    volume = owed(whitening, stack(evidence, decays(evidence, fitted.model)))
-    found = np.bincount(whitening.run, volume, evidence.runs) - whitening.log_scale
+    to_motion = owed(whitening, stack(evidence, decays(evidence, fitted.model)))
+    found = np.bincount(whitening.run, to_motion, evidence.runs) - whitening.log_scale
     for index, channel in enumerate(evidence.channels):
         mine = whitening.channel == index
         # The means of a continuous record have no tail (see `fit.with_tails`).

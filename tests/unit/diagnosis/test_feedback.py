@@ -34,6 +34,11 @@ def test_what_is_owed_is_the_integral_of_its_slope(decay: float) -> None:
     assert owed_slope(unread(1.0, 1), at)[0] == pytest.approx(slope(decay), abs=1e-8)
 
 
+def test_a_law_that_falls_without_bound_owes_a_number() -> None:
+    assert np.isfinite(owed(unread(1.0, 2), np.array([-1e6, 1e6]))).all()
+    assert np.isfinite(owed_slope(unread(1.0, 2), np.array([-1e6, 1e6]))).all()
+
+
 def test_an_error_of_reading_owes_nothing() -> None:
     decay, share = np.array([1.0, 1.0, 0.0]), np.array([0.0, 0.25, 1.0])
     assert owed(unread(share, 3), decay) == pytest.approx(share * owed(unread(1.0, 3), decay))

@@ -50,7 +50,8 @@ SETTINGS: dict[str, str] = {
     "how many rows are worked on at a time: the memory that this takes": "likelihood.whitening:PART_ROWS",
     "guards of a division near zero": """
         likelihood.systematic:TILTED likelihood.systematic:LEAST_SLOPE likelihood.grouped:LEAST
-        likelihood.mixture:LEAST_SPREAD likelihood.feedback:LINEAR""",
+        likelihood.mixture:LEAST_SPREAD likelihood.feedback:LINEAR
+        likelihood.feedback:STEEPEST""",
     "so large a standard deviation that a level says nothing, as any larger one": """
         likelihood.grouped:ANY""",
 }
