@@ -1,4 +1,4 @@
-"""What rows owe to a model that predicts them from their own motion.
+"""Corrects the likelihood of rows that a model predicts from their own motion.
 
 A window's friction, and the moment against its turning, are predicted at the speed and the rate that were recorded in
 that window. But what nobody knows of its friction has changed these. A residual e = a + c v, of the accelerations a and
@@ -38,7 +38,10 @@ STEEPEST = -20.0
 
 
 def owed(whitening: Whitening, decay: Array) -> Array:
-    """Returns what is added to the log densities (rows,), by how often friction undoes a change in them (rows,)."""
+    """Returns what is added to the log densities (rows,).
+
+    By `decay` (rows,) friction undoes so often, within a row, what changes its motion.
+    """
     x = _away(decay)
     exact = np.euler_gamma + np.log(np.abs(x)) - expi(-x) - np.expm1(-x) / x - 1.0
     near = decay / 2.0 - decay**2 / 12.0 + decay**3 / 72.0

@@ -1,4 +1,4 @@
-"""How often friction undoes, within a window of a slide, what changes its own motion."""
+"""Friction undoes, within a window of a slide, what changes its own motion: how often, by law and window."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def channels() -> tuple[Along, Turn]:
 
 
 def lasting_s() -> Array:
-    """From the end of the run's window before, or from its own begin."""
+    """The times since the end of the run's window before, or since the window's own begin, s."""
     return np.where(np.arange(len(RUN)) % 5 == 0, 0.06, 0.07)
 
 

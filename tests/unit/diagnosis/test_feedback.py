@@ -1,4 +1,4 @@
-"""Rows that a model predicts from their own motion: what they owe to that, and that a law is told without it."""
+"""Rows that a model predicts from their own motion owe something to that; a law is told right with it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ DRAG_PER_S = 6.0
 
 
 def unread(share: Array | float, count: int) -> Whitening:
-    """What is asked of a whitening: the share of each row's variance that is not its reading's."""
+    """Stands for a whitening, with the share of each row's variance that is not its reading's."""
     return cast(Whitening, SimpleNamespace(unread=np.broadcast_to(share, count)))
 
 
