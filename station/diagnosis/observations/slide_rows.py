@@ -77,7 +77,8 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
     middle = {name: values[1::nodes] for name, values in covariates_of(contact).items()}
     # The yaw is that before the slide: a window's own shares the noise of the turning that it is to explain.
     yaw = np.array([_resting_yaw(track) for track in tracks])
-    middle |= {"yaw": yaw, "slide_to_block": contact.way_rad[1::nodes] - yaw}
+    # Its own way is set by its turning, too: where all slides go along one axis that is all by which the angles differ.
+    middle |= {"yaw": yaw, "slide_to_block": down[:, len(WEIGHTS) // 2] - yaw}
     span = {name: windows[name] for name in ("run", "from_ns", "to_ns")}
     relative, carried, turning = _sigmas(recorded, contact, sigma_rad, rate_sigma)
     return [
