@@ -107,9 +107,10 @@ class Climb:
         self.noise = noise or noise_of(evidence, at)
         self.point = self._whitened(vector, model, at)
         self._slope, self._stale = np.zeros((len(self.point.white), 0)) if slope is None else slope, slope is None
+        # Where slopes are to be taken first, those of the decay are taken with them.
+        self._decay_slope = self._slope if slope is None else stack(evidence, decay_differences(evidence, model, free))
         self._sloped: Array | None = None
         self._steps: Array | None = None
-        self._decay_slope = stack(evidence, decay_differences(evidence, model, free))
 
     def climb(self, steps: int, enough: float) -> bool:
         """Takes Newton steps until one promises less than `enough`; False if it does not come to that.
@@ -238,8 +239,8 @@ class Climb:
         return self._point(vector, model, at, whitening)
 
     def _point(self, vector: Array, model: Model, at: dict[str, Array], whitening: Whitening) -> Point:
-        white, decay = whitening(stack(self.evidence, at)), stack(self.evidence, decays(self.evidence, model))
-        return Point(vector, model, at, white, whitening, decay)
+        white = whitening(stack(self.evidence, at))
+        return Point(vector, model, at, white, whitening, decays(self.evidence, model))
 
     def _total(self, at: Point) -> float:
         """Returns the log density of the runs that count, and of the numbers' priors."""

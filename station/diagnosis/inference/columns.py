@@ -224,7 +224,8 @@ class _Columns:
         self._whitening = Whitening(evidence, fit.noise, shaking=shaking_of(evidence, fit.model))
         self._counted = evidence.counted[self._whitening.run]
         self._cluster, self._runs = evidence.cluster[self._whitening.run], evidence.runs
-        self._of_decay = owed_slope(self._whitening, stack(evidence, decays(evidence, fit.model)))
+        self._of_decay = owed_slope(self._whitening, decays(evidence, fit.model))
+        self._owed_own = self._of_decay[self._counted] @ stack(evidence, undone)[self._counted]
         tail = self._whitening.tail
         self._slope, curvature = pulls(self._whitening(stack(evidence, at)), tail, self._whitening.limit)
         self._weight = np.sqrt(expected_information(curvature, tail, self._whitening.limit))[:, None]
@@ -255,13 +256,13 @@ class _Columns:
         """
         among = np.zeros((self._own, self._own))
         across = np.zeros((self._own, self._table.shape[1] - self._own))
-        whole, score = np.zeros(across.shape[1]), -precision * fit.vector
+        whole, score = np.zeros(across.shape[1]), self._owed_own - precision * fit.vector
         for rows, own, candidates in self._parts():
             nuisance, weighted = self._weight[rows] * own, self._weight[rows] * candidates
             among = among + nuisance.T @ nuisance
             across += nuisance.T @ weighted
             whole += np.square(weighted).sum(axis=0)
-            score += self._owed(rows)[:, : self._own].sum(axis=0) - self._slope[rows] @ own
+            score -= self._slope[rows] @ own
         free = ~pushed_out(fit, score)
         among, across = among * np.outer(free, free), across * free[:, None]
         return among, np.linalg.pinv(among + np.diag(precision), hermitian=True) @ across, whole

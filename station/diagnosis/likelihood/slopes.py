@@ -23,9 +23,9 @@ def residuals(evidence: Evidence, model: Model) -> dict[str, Array]:
     return {channel.name: channel.residual(model) for channel in evidence.channels}
 
 
-def decays(evidence: Evidence, model: Model) -> dict[str, Array]:
-    """Returns what friction undoes (rows,) in each channel by its name, see `Channel.decay`."""
-    return {channel.name: channel.decay(model) for channel in evidence.channels}
+def decays(evidence: Evidence, model: Model) -> Array:
+    """Returns what friction undoes (rows,), in the stacked order of the channels, see `Channel.decay`."""
+    return np.concatenate([channel.decay(model) for channel in evidence.channels])
 
 
 def slopes(
@@ -67,7 +67,7 @@ def differences(
 
 def decay_differences(evidence: Evidence, model: Model, free: Sequence[Free]) -> dict[str, Array]:
     """Returns the slopes (rows, k) by channel of what `decays` returns, by one-sided differences within the bounds."""
-    at = decays(evidence, model)
+    at = {channel.name: channel.decay(model) for channel in evidence.channels}
     found = {name: np.zeros((len(values), len(free))) for name, values in at.items()}
     for index, (number, step, changed) in enumerate(_changed(model, free, np.full(len(free), STEP))):
         for channel in evidence.channels:

@@ -100,7 +100,7 @@ def at_once(evidence: Evidence, found: Fit, table: Table, decay: Table) -> tuple
     root = np.sqrt(np.where(whitening.limit[counted], curvature, of_row))[:, None]
     own = whitening(stack(evidence, slopes(evidence, found.model, found.free, at)))[counted]
     columns = whitening(table.whole())[counted]
-    of_decay = owed_slope(whitening, stack(evidence, decays(evidence, found.model)))[counted]
+    of_decay = owed_slope(whitening, decays(evidence, found.model))[counted]
     own_owed = of_decay @ stack(evidence, decay_differences(evidence, found.model, found.free))[counted]
     precision = np.array([number.precision for number in found.free])
     free_to_move = ~pushed_out(found, own_owed - pull @ own - precision * found.vector)
