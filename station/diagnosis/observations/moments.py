@@ -122,8 +122,8 @@ class Moments:
     reported a plate at rest would have to be tilted for the same load. `rest_s` (n,), if given, replaces the time at
     rest, and `rest_s_at` gives it at other tilts (n,). Both must be what the protocol chose: the time up to the slip
     itself is longer where friction happens to be high, and friction would seem to grow with it.
-    `evened`, if given, makes of a model's own accelerations of the plate (n, 3), rad/s², those with the right means
-    over windows of moments.
+    `evened`, if given, gives the mean accelerations (n, 3), rad/s², that a model's own motion of the plate adds over
+    windows of moments.
     """
 
     def __init__(
@@ -144,7 +144,7 @@ class Moments:
         at_rest: bool = False,
         steeper_rad: Array | float = 0.0,
         delay_s: Callable[[Model], float] = Model.delay_s,
-        evened: Callable[[Model, Array], Array] | None = None,
+        evened: Callable[[Model], Array] | None = None,
     ) -> None:
         self.time_ns, self.run = time_ns, run
         self._facts, self._attitude = facts, attitude
@@ -243,7 +243,7 @@ class Moments:
         if model.acting("motion"):
             rate, acceleration = model.motion(load.contact)
             if self._evened is not None:
-                acceleration = self._evened(model, acceleration)
+                acceleration = load.contact.acceleration_rad_s2 + self._evened(model)
             inertial = self._inertial_on(replace(plate, rate_rad_s=rate, acceleration_rad_s2=acceleration))
             load = _load(load.contact.changed(rate_rad_s=rate, acceleration_rad_s2=acceleration), inertial)
         if model.acting("attitude"):

@@ -20,7 +20,7 @@ from station.diagnosis.observations.slides import LEAST_M_S, LEAST_SLOPE_RAD, Ac
 from station.diagnosis.observations.tracks import RunTrack
 from station.diagnosis.observations.turning import expected_rates
 from station.diagnosis.observations.views import block_view
-from station.diagnosis.observations.windows import FINE_NODES, NODES, WEIGHTS, Windows
+from station.diagnosis.observations.windows import FINE_NODES, FRAMES, NODES, WEIGHTS, Windows
 from station.physics.contact import GRAVITY_M_S2, Array, Contact, View
 from station.physics.covariates import covariates_of
 from station.physics.sole import SQUARE_GYRATION, TURNING_RADIUS
@@ -171,17 +171,16 @@ def _uneven(windows: Windows, plate: PlateMotion) -> Array:
 
 
 def _finer(recorded: Recorded) -> Finer:
-    """Returns the windows at their fine nodes, for the plate's motion alone: the blocks stay at the plate's middle."""
+    """Returns the windows at their frames, for the plate's motion alone: the blocks stay at the plate's middle."""
     windows, plate, facts = recorded.free_windows, recorded.plate, recorded.facts
 
     def make() -> Moments:
-        time_ns = _moments_ns(windows, FINE_NODES)
-        run = np.repeat(windows["run"], len(FINE_NODES))
+        time_ns, run = windows["frame_ns"].ravel(), np.repeat(windows["run"], FRAMES)
         return Moments(
             time_ns=time_ns, run=run, facts=facts, attitude=lambda delay_s: plate.at(time_ns, delay_s=delay_s)
         )
 
-    return Finer(make, windows["weight"])
+    return Finer(make, windows["curvature"])
 
 
 def _moments_ns(windows: Windows, nodes: Array) -> Times:

@@ -58,14 +58,16 @@ WINDOW = np.dtype(
         ("node_yaw_rate_rad_s", np.float64, 3), ("node_way_rad", np.float64, 3), ("way_sigma_rad", np.float64),
         ("acceleration_m_s2", np.float64, 2), ("yaw_acceleration_rad_s2", np.float64),
         ("acceleration_factor", np.float64), ("velocity_factor", np.float64),
-        ("weight", np.float64, len(FINE_NODES)), ("free_m", np.float64),
+        ("weight", np.float64, len(FINE_NODES)), ("frame_ns", np.int64, FRAMES),
+        ("curvature", np.float64, FRAMES), ("free_m", np.float64),
     ]
 )  # fmt: skip
 """A window: its run's index in the evidence, its times, the states at the nodes, and the accelerations.
 
 `way_sigma_rad` is the standard error of the direction at the middle, by the whole path. The factors are the standard
 deviations of the acceleration over that of a place, 1/s², and of the velocity, 1/s. `weight` is that of the
-acceleration at FINE_NODES, and `free_m` the least distance of the block from the foam."""
+acceleration at FINE_NODES, `curvature`, 1/s², that of the places at the frames, of which the sum is the acceleration,
+and `free_m` the least distance of the block from the foam."""
 
 Windows = NDArray[Any]
 """Windows (n,) with the fields of WINDOW."""
@@ -172,6 +174,8 @@ def _window(track: RunTrack, frames: slice, course: Course, turning: Array) -> t
     node[:, 2] = np.polyval(turning, (middle - track.slip_ns) * 1e-9 + NODES * half_s)
     times_ns = (times[0], times[-1], (middle + np.round(NODES * half_s * 1e9)).astype(np.int64))
     states = (node, velocity[:, :2], velocity[:, 2], way, way_sigma[1])
-    accelerations = (2 * fit[2, :2] / half_s**2, 2 * fit[2, 2] / half_s**2)
-    factor = 2 * np.linalg.norm(inverse[2]) / half_s**2
-    return *times_ns, *states, *accelerations, factor, velocity_factor, weight_of(s)
+    curvature = 2 * inverse[2] / half_s**2
+    acceleration = curvature @ pose
+    factor = np.linalg.norm(curvature)
+    weights = (weight_of(s), times, curvature)
+    return *times_ns, *states, acceleration[:2], acceleration[2], factor, velocity_factor, *weights
