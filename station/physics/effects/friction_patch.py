@@ -21,7 +21,7 @@ it opposes the motion: the lead steers no block.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -40,6 +40,16 @@ SECOND_MOMENT = 1.0 / 12.0
 WAVES = ("flat", "sin", "bow", "sin2", "bow2")
 """The factors of each coordinate: 1, sin u, 1 − cos u, sin 2u and 1 − cos 2u."""
 
+
+def _sizes_of(terms: Sequence[Sequence[tuple[int, int, float]]]) -> Array:
+    """Returns the sizes (m, 5, 5) of all products of factors in m terms."""
+    found = [np.zeros((len(WAVES), len(WAVES))) for _ in terms]
+    for sizes, term in zip(found, terms, strict=True):
+        for j, k, sign in term:
+            sizes[j, k] = sign
+    return np.array(found)
+
+
 FIRST = {
     "slope_x": ((1, 0, 1.0),),
     "slope_y": ((0, 1, 1.0),),
@@ -54,6 +64,9 @@ FIRST = {
 
 FINER = {f"finer_{WAVES[j]}_{WAVES[k]}": (j, k) for j in range(5) for k in range(5) if max(j, k) > 2}
 """The terms of the second order: the numbers of their factors of u and of v."""
+
+FIRST_SIZES, FINER_SIZES = _sizes_of([*FIRST.values()]), _sizes_of([((j, k, 1.0),) for j, k in FINER.values()])
+"""The sizes of the products of a factor of u and one of v in each term, (8, 5, 5) and (16, 5, 5)."""
 
 FINER_SD = 0.4
 """The sd of the second order's numbers, which are shares of the rms of the first. Random fields of 8 per cent with
@@ -104,7 +117,7 @@ class FrictionPatch(Effect):
     def unturned(self, contact: Contact, values: Values) -> Array | float:
         """Gives the factor (n,) on friction beside which the moment acts: that of the place."""
         u, v = _place(contact, values)
-        return np.exp(_sum(_waves(u), values, _waves(v)))
+        return np.exp(_sum(_waves(u), _sizes(values), _waves(v)))
 
     def lever(self, contact: Contact, values: Values) -> Array | float:
         """Gives the lever (n,), m, of the friction by the law of this module."""
@@ -141,41 +154,39 @@ def _across(contact: Contact, along_u: Array, along_v: Array) -> Array:
 
 def _arm_m(contact: Contact, values: Values) -> tuple[Array, Array]:
     """Returns friction's arm a (n,), m, along the two axes of the plate's grain."""
-    u, v = _place(contact, values)
-    by_u, by_v = _sum(_slopes(u), values, _waves(v)), _sum(_waves(u), values, _slopes(v))
+    (u, v), sizes = _place(contact, values), _sizes(values)
+    by_u, by_v = _sum(_slopes(u), sizes, _waves(v)), _sum(_waves(u), sizes, _slopes(v))
     reach = values["turning"] * SECOND_MOMENT * contact.area_m2 / values["length_m"]
     return reach * by_u, reach * by_v
 
 
-def _sum(along_u: Array, values: Values, along_v: Array) -> Array:
-    """Returns the sum (n,) of the terms, each a size times a factor of u and one of v, of (5, n) each."""
-    sizes = np.zeros((len(WAVES), len(WAVES)))
-    for j, k, size in _terms(values):
-        sizes[j, k] += size
+def _sum(along_u: Array, sizes: Array, along_v: Array) -> Array:
+    """Returns the sum (n,) of the terms: their sizes (5, 5) times the factors of u and of v, (5, n) each."""
     return np.asarray((along_u * (sizes @ along_v)).sum(axis=0))
 
 
-def _terms(values: Values) -> Iterator[tuple[int, int, float]]:
-    for name, factors in FIRST.items():
-        yield from ((j, k, sign * values[name]) for j, k, sign in factors)
-    rms = float(np.sqrt(np.mean(np.square([values[name] for name in FIRST]))))
-    yield from ((j, k, rms * values[name]) for name, (j, k) in FINER.items())
+def _sizes(values: Values) -> Array:
+    """Returns the sizes (5, 5) of all products of a factor of u and one of v."""
+    first, finer = (np.array([values[name] for name in names]) for names in (FIRST, FINER))
+    rms = np.sqrt(np.mean(np.square(first)))
+    return np.tensordot(first, FIRST_SIZES, 1) + np.tensordot(rms * finer, FINER_SIZES, 1)
 
 
 def _waves(u: Array) -> Array:
     """Returns the factors (5, n) of a coordinate (n,), which are 1 and 0 where it is 0."""
-    return np.array([np.ones_like(u), np.sin(u), 1.0 - np.cos(u), np.sin(2.0 * u), 1.0 - np.cos(2.0 * u)])
+    sin, cos = np.sin(u), np.cos(u)
+    return np.array([np.ones_like(u), sin, 1.0 - cos, 2.0 * sin * cos, 2.0 * sin * sin])
 
 
 def _slopes(u: Array) -> Array:
     """Returns the derivatives (5, n) of the factors by the coordinate (n,)."""
-    return np.array([np.zeros_like(u), np.cos(u), np.sin(u), 2.0 * np.cos(2.0 * u), 2.0 * np.sin(2.0 * u)])
+    sin, cos = np.sin(u), np.cos(u)
+    return np.array([np.zeros_like(u), cos, sin, 2.0 * (cos * cos - sin * sin), 4.0 * sin * cos])
 
 
 def _place(contact: Contact, values: Values) -> tuple[Array, Array]:
     """Returns where the pressure is, over the length, in the plate's grain: u and v (n,)."""
     ahead_m = values["lead"] * np.sqrt(contact.area_m2)
-    x_m = contact.x_m + ahead_m * np.cos(contact.way_rad)
-    y_m = contact.y_m + ahead_m * np.sin(contact.way_rad)
+    x_m, y_m = contact.x_m + ahead_m * contact.way[:, 0], contact.y_m + ahead_m * contact.way[:, 1]
     cos, sin = np.cos(contact.mount_rad), np.sin(contact.mount_rad)
     return (cos * x_m + sin * y_m) / values["length_m"], (cos * y_m - sin * x_m) / values["length_m"]
