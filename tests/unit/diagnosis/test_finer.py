@@ -56,7 +56,7 @@ def curvature_of(times: Array) -> Array:
 
 
 def mean_in_a_window(late: float, model: Model = WITH_PLAY) -> float:
-    """The mean acceleration about y of a window, rad/s², whose middle is `late` of its half before the take-up's end."""
+    """The mean acceleration about y, rad/s², of a window in which play is gone `late` of its half after the middle."""
     middle = TAKEN_UP_S - late * HALF_S
     finer = Finer(lambda: moments_at(middle + HALF_S * FRAMES_AT), curvature_of(FRAMES_AT)[None])
     nodes = moments_at(middle + HALF_S * NODES, evened=finer.evened)
