@@ -96,7 +96,7 @@ def _round(
     pass the same test here.
     """
     compared, changed = dict[str, Comparison](), False
-    for effect in _weakest_first(fitter, current):
+    for effect in weakest_first(fitter, current):
         comparison = _comparison(fitter, current, effect, offered, rng)
         best = comparison.candidates[0]
         mine = next((one for one in comparison.candidates if one.effects[0].id == effect.id), None)
@@ -114,7 +114,7 @@ def _round(
     return current, compared, changed
 
 
-def _weakest_first(fitter: Fitter, current: Fit) -> list[Effect]:
+def weakest_first(fitter: Fitter, current: Fit) -> list[Effect]:
     """Returns the terms by what the model loses without each: beside one that is needless no other need be compared."""
     acting = claimable(current.model)
     if len(acting) == 1:
