@@ -42,12 +42,12 @@ WAVES = ("flat", "sin", "bow", "sin2", "bow2")
 
 
 def _sizes_of(terms: Sequence[Sequence[tuple[int, int, float]]]) -> Array:
-    """Returns the sizes (m, 5, 5) of all products of factors in m terms."""
-    found = [np.zeros((len(WAVES), len(WAVES))) for _ in terms]
+    """Returns the sizes (m, 25) of all products of a factor of u and one of v in m terms."""
+    found = np.zeros((len(terms), len(WAVES), len(WAVES)))
     for sizes, term in zip(found, terms, strict=True):
         for j, k, sign in term:
             sizes[j, k] = sign
-    return np.array(found)
+    return found.reshape(len(terms), -1)
 
 
 FIRST = {
@@ -66,7 +66,7 @@ FINER = {f"finer_{WAVES[j]}_{WAVES[k]}": (j, k) for j in range(5) for k in range
 """The terms of the second order: the numbers of their factors of u and of v."""
 
 FIRST_SIZES, FINER_SIZES = _sizes_of([*FIRST.values()]), _sizes_of([((j, k, 1.0),) for j, k in FINER.values()])
-"""The sizes of the products of a factor of u and one of v in each term, (8, 5, 5) and (16, 5, 5)."""
+"""The sizes of the products of a factor of u and one of v in each term, (8, 25) and (16, 25)."""
 
 FINER_SD = 0.4
 """The sd of the second order's numbers, which are shares of the rms of the first. Random fields of 8 per cent with
@@ -169,7 +169,7 @@ def _sizes(values: Values) -> Array:
     """Returns the sizes (5, 5) of all products of a factor of u and one of v."""
     first, finer = (np.array([values[name] for name in names]) for names in (FIRST, FINER))
     rms = np.sqrt(np.mean(np.square(first)))
-    return np.tensordot(first, FIRST_SIZES, 1) + np.tensordot(rms * finer, FINER_SIZES, 1)
+    return (first @ FIRST_SIZES + rms * (finer @ FINER_SIZES)).reshape(len(WAVES), len(WAVES))
 
 
 def _waves(u: Array) -> Array:
