@@ -30,8 +30,14 @@ FARTHEST, FARTHEST_SHAPE = 30.0, 3.0
 """The longest steps, in typical sizes: a shape has no slope where its effect vanishes and must not run away, and the
 slope of a law by its shape holds only nearby."""
 
-SHRUNK = (1.0, 0.5, 0.2, 0.05, 0.01)
+SHRUNK = (1.0, 0.5, 0.2)
 """The factors by which a step is shortened, one after another."""
+DAMPED = (1e-3, 1e-2, 1e-1, 1.0, 10.0)
+"""The dampings of a step that gains too little even when it is shortened, one after another: shares of each number's
+own curvature (Marquardt 1963, J. SIAM 11, 431). What is told well goes its way, and what is hardly told, whose long
+moves break the slopes, goes little. Only shortened, a fit of friction by place, with 27 numbers, gained a hundredth of
+what it promised in each of 106 steps; damped, it converges in 62 and is 11 nats likelier (`pytest
+tests/recovery/test_given_simulation.py -k "difference and left and not level"`)."""
 ENOUGH = 0.2
 """A step must bring this share of its promised gain, or else it is shortened: a step to the far end of a shape's range
 may gain a little and end where nothing has a slope (Armijo 1966, Pac. J. Math. 16, 1)."""
@@ -198,8 +204,11 @@ class Climb:
         """Returns the step to the maximum of the quadratic model, from whitened slopes of the components that count."""
         vector, here = self.point.vector, self._curved(slope)
         quadratic = Quadratic.of(here, vector, self.precision, self._owed_slope())
-        least, most = np.maximum(self.low - vector, -self._reach), np.minimum(self.high - vector, self._reach)
-        return Aim(here, quadratic, *quadratic.step(least, most))
+        return Aim(here, quadratic, *quadratic.step(*self._room(vector)))
+
+    def _room(self, vector: Array) -> tuple[Array, Array]:
+        """Returns the least and the longest step (k,) of each number from `vector` (k,)."""
+        return np.maximum(self.low - vector, -self._reach), np.minimum(self.high - vector, self._reach)
 
     def _curved(self, slope: Array) -> Curvature:
         """Returns the likelihood's curvature here, from whitened slopes of the components that count."""
@@ -210,21 +219,45 @@ class Climb:
         return Curvature(slope=slope, pull=pull, curve=curve, tail=tail, limit=limit, run=whitening.block[counted])
 
     def _moved(self, aim: Aim, shrunk: Sequence[float]) -> bool:
-        """Goes by the first of the shortened steps that gains enough, or else by the best; False if none gains.
+        """Goes by the first of the shortened steps, and then of damped ones, that gains enough, or else by the best.
+
+        False if none gains.
+        """
+        start = self.point
+        if not self._shortened(aim, start, shrunk) and len(shrunk) > 1:
+            self._damped(aim, start)
+        return self.point is not start
+
+    def _shortened(self, aim: Aim, start: Point, shrunk: Sequence[float]) -> bool:
+        """Goes by the first of the shortened steps that gains enough, or else by the best; True if one gains enough.
 
         What a step shows beside its slopes bends the next one.
         """
-        start, before = self.point, self._total(self.point)
-        most, bend = before, np.zeros_like(aim.move)
+        before = most = self._total(start)
+        bend = np.zeros_like(aim.move)
         for shrink in shrunk:
             tried = self._at(start.vector + shrink * aim.move + 0.5 * shrink**2 * bend)
-            total = self._total(tried)
-            if total > most:
-                self.point, most = tried, total
+            most = self._kept(tried, most)
             if most > before + ENOUGH * shrink * aim.gain:
-                break
+                return True
             bend = self._bend(aim, start, tried, shrink)
-        return self.point is not start
+        return False
+
+    def _damped(self, aim: Aim, start: Point) -> None:
+        """Goes by the first of the damped steps that gains enough, if that is better than where the climb stands."""
+        before, most = self._total(start), self._total(self.point)
+        for damping in DAMPED:
+            move, gain = aim.quadratic.step(*self._room(start.vector), damping=damping)
+            most = self._kept(self._at(start.vector + move), most)
+            if most > before + ENOUGH * gain:
+                break
+
+    def _kept(self, tried: Point, most: float) -> float:
+        """Goes to a point that is likelier than the likeliest so far; returns the log likelihood of the likeliest."""
+        total = self._total(tried)
+        if total > most:
+            self.point = tried
+        return max(total, most)
 
     def _bend(self, aim: Aim, start: Point, tried: Point, shrink: float) -> Array:
         """Returns the bend (k,) of the way along a step, from what a share of it has shown beside the slopes."""

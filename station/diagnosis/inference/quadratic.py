@@ -38,13 +38,16 @@ class Quadratic:
         hessian = (here.slope * here.curve[:, None]).T @ here.slope + np.diag(precision)
         return Quadratic(here.slope.T @ here.pull + precision * vector - owed_slope, hessian)
 
-    def step(self, least: Array, most: Array) -> tuple[Array, float]:
+    def step(self, least: Array, most: Array, *, damping: float = 0.0) -> tuple[Array, float]:
         """Returns the step (k,) to the maximum between the bounds `least` (k,) and `most` (k,), and the gain promised.
+
+        With `damping` the step is that of a curvature to which this share of each number's own is added (Marquardt
+        1963, J. SIAM 11, 431): what is told badly moves less.
 
         A Newton step that is merely clipped at the bounds can lead downhill: a number that is held at its bound changes
         the others' optimum (Stark & Parker 1995, Comput. Stat. 10, 129: bounded-variable least squares).
         """
-        root = self._root
+        root = self._rooted(damping)
         target = -solve_triangular(root, self.gradient, lower=True)
         found = lsq_linear(root.T, target, (least, most), method="bvls")
         move = np.clip(np.asarray(found.x, dtype=np.float64), least, most)
@@ -71,5 +74,11 @@ class Quadratic:
     @cached_property
     def _root(self) -> Array:
         """The Cholesky factor (k, k) of the hessian with its ridge."""
-        root = np.linalg.cholesky(self.hessian + np.diag(RIDGE * np.diag(self.hessian) + FLAT))
-        return np.asarray(root, dtype=np.float64)
+        return self._rooted(0.0)
+
+    def _rooted(self, damping: float) -> Array:
+        """Returns the Cholesky factor (k, k) of the hessian with its ridge, and a further share of its diagonal."""
+        diagonal = np.diag(self.hessian)
+        return np.asarray(
+            np.linalg.cholesky(self.hessian + np.diag((RIDGE + damping) * diagonal + FLAT)), dtype=np.float64
+        )

@@ -43,6 +43,18 @@ def test_a_step_ends_at_the_maximum_between_its_bounds() -> None:
     assert np.clip(-np.linalg.solve(quadratic.hessian, quadratic.gradient), least, most) != pytest.approx(found)
 
 
+def test_a_damped_step_moves_what_is_told_well_and_hardly_what_is_not() -> None:
+    """Data tell the sum of two numbers, and their difference badly: the sum goes its way, the difference stays."""
+    told = np.array([1.0, 1.0]) / np.sqrt(2.0), np.array([1.0, -1.0]) / np.sqrt(2.0)
+    hessian = 1e4 * np.outer(told[0], told[0]) + np.outer(told[1], told[1])
+    quadratic = Quadratic(-hessian @ (told[0] + 5.0 * told[1]), hessian)
+    free, _ = quadratic.step(np.full(2, -30.0), np.full(2, 30.0))
+    damped, promised = quadratic.step(np.full(2, -30.0), np.full(2, 30.0), damping=1e-2)
+    assert [free @ one for one in told] == pytest.approx([1.0, 5.0], rel=1e-3)
+    assert [damped @ one for one in told] == pytest.approx([1.0, 0.1], abs=0.02)
+    assert 0.99 * 0.5e4 < promised < 0.5e4 + 12.5
+
+
 def test_a_bent_step_stays_in_a_curved_valley() -> None:
     """Half a Newton step leaves the narrow valley y = x² by 250 of its widths, its bend returns to it."""
     start, none = np.zeros(2), np.zeros(2)
