@@ -24,7 +24,7 @@ from station.app import assembly, recordings
 from station.app.lockstep import Lockstep
 from station.app.same_session import same
 from station.app.simulated_recording import write_simulated
-from station.diagnosis.report.sentences import untestable_because
+from station.diagnosis.report.sentences import PATH_ERROR, untestable_because
 from station.diagnosis.result import Diagnosis, EffectFound, Value, read_name
 from station.physics.catalogue import Catalogue, confused
 from station.physics.model import Model, Term, table_of_model
@@ -199,4 +199,4 @@ def _improvement(found: Diagnosis) -> list[str]:
     before, after = found.fit.before.path_median_mm, found.fit.after.path_median_mm
     if not np.isfinite([before, after]).all():
         return []
-    return [f"Held-out runs: median path error {before:.2f} mm before, {after:.2f} mm after"]
+    return [f"Held-out runs: {PATH_ERROR} {before:.2f} mm before, {after:.2f} mm after"]

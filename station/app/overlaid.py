@@ -8,6 +8,7 @@ from shared.errors import UserError
 from shared.rig import RigConfig
 from station.app.commands.replay import setup_for
 from station.app.simulating import simulator_of
+from station.diagnosis.report.html import p_equals
 from station.diagnosis.report.sentences import next_lines, sentence
 from station.diagnosis.result import Diagnosis
 from station.physics.catalogue import Catalogue
@@ -98,8 +99,8 @@ def _stretches(diagnosis: Diagnosis) -> tuple[Stretch, ...]:
 
 
 def _words(diagnosis: Diagnosis, simulate: str, *, both: bool) -> str:
-    lines = [f"## {sentence(diagnosis)}", "", f"Global p = {diagnosis.global_p:.2g}", ""]
-    lines += [f"- {place.summary} (p = {place.p:.2g})" for place in diagnosis.located]
+    lines = [f"## {sentence(diagnosis)}", "", f"Global {p_equals(diagnosis.global_p)}", ""]
+    lines += [f"- {place.summary} ({p_equals(place.p)})" for place in diagnosis.located]
     if diagnosis.next_experiment is not None:
         lines += ["", *next_lines(diagnosis)]
     ghosts = f"grey wires: simulated before ({simulate})" + ("; green wires: simulated after" if both else "")

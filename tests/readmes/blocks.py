@@ -29,7 +29,7 @@ class Block:
     @property
     def is_diagnosis(self) -> bool:
         """True for what `station diagnose` printed."""
-        return self.language == "text" and "global p = " in self.text
+        return self.language == "text" and "global p " in self.text
 
     def lines(self) -> list[str]:
         """The shell's lines, continued ones joined."""

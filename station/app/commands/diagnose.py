@@ -128,9 +128,10 @@ def run(options: argparse.Namespace) -> int:
     else:
         terminal = Console(width=None if sys.stdout.isatty() else 140, highlight=False)
         terminal.print(summary(found.diagnosis))
-    _write_files(found, file, options)
+    with stages(console, "writing the files"):
+        _write_files(found, file, options)
     if options.overlay:
-        with console.status("simulating the recording before and after"):
+        with stages(console, "simulating the recording before and after"):
             _overlay(file, found.diagnosis, options)
     return 0
 

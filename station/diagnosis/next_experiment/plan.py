@@ -37,6 +37,7 @@ HALF = 0.5
 CHOSEN = 2.0
 """A plan has a range of dwells if one in twenty was so many times another; tilts up to the onset vary them by less."""
 NO_PLAN = "No single plan separates them"
+GENERAL = "In general, which was not tried for this session, {}"
 
 
 def next_experiment(
@@ -161,7 +162,7 @@ def _suspected(found: Search, suspicion: Term, catalogue: Mapping[str, Effect]) 
 def _separates(question: Question, bench: Bench) -> NextExperiment:
     choice = separating(question, bench)
     if choice.promise.power < POWER:
-        return _none(question, choice, bench, NO_PLAN, advice="They are separated by")
+        return _none(question, choice, bench, NO_PLAN, advice=GENERAL.format("they are separated by"))
     first, *others = (" or ".join(group) for group in choice.groups)
     return _promised(
         tuple(name for group in choice.groups for name in group),
@@ -175,7 +176,13 @@ def _confirms(question: Question, bench: Bench) -> NextExperiment:
     choice = separating(question, bench)
     (name,) = question.ids
     if choice.promise.power < POWER:
-        return _none(question, choice, bench, f"No single plan shows {name} of this size", advice="It is shown by")
+        return _none(
+            question,
+            choice,
+            bench,
+            f"No single plan shows {name} of this size",
+            advice=GENERAL.format("it is shown by"),
+        )
     return _promised((name, "none"), choice, bench, f"shows {name}, if it is there,")
 
 

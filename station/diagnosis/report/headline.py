@@ -7,6 +7,7 @@ from html import escape
 
 from station.diagnosis.report.html import number, p_equals
 from station.diagnosis.report.sentences import (
+    PATH_ERROR,
     claimed_effects,
     left_out,
     next_lines,
@@ -56,7 +57,7 @@ def _better(diagnosis: Diagnosis) -> str:
         return ""
     changes = [
         _change("the median onset error", fit.before.onset_median_deg, fit.after.onset_median_deg, "°"),
-        _change("the median path error", fit.before.path_median_mm, fit.after.path_median_mm, " mm"),
+        _change(f"the {PATH_ERROR}", fit.before.path_median_mm, fit.after.path_median_mm, " mm"),
     ]
     if fit.changes("turn_median_deg"):
         changes.append(_change("the median yaw error", fit.before.turn_median_deg, fit.after.turn_median_deg, "°"))

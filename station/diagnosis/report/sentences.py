@@ -15,6 +15,9 @@ GUESSED_DEG = 22.5
 """A guess of 45° misses by so much in the median, °, if all tilts from 0 to 90° are as likely. A model that
 misses unseen onsets by more explains nothing."""
 
+PATH_ERROR = "median path error at each run's own level of friction"
+"""Unseen runs' paths begin from what their onsets show of the friction; a simulator's own paths have its friction."""
+
 
 def sentence(diagnosis: Diagnosis) -> str:
     """Returns the answer in one sentence."""

@@ -12,7 +12,9 @@ from rich.table import Table
 from rich.text import Text
 
 from shared.notes import note_line
+from station.diagnosis.report.html import p_equals
 from station.diagnosis.report.sentences import (
+    PATH_ERROR,
     acts,
     as_expected,
     in_order,
@@ -27,6 +29,8 @@ from station.diagnosis.report.sentences import (
 from station.diagnosis.result import Diagnosis, EffectFound, FitQuality, Quality, Side, read_name, rounded
 
 MOST_PLACES = 4
+LEAST_SHOWN, MOST_DIGITS = 0.005, 6
+"""A standard error that two digits after the point would show as 0.00 gets as many digits as it takes, up to six."""
 _COLOUR = {"supported": "green", "indistinguishable": "yellow", "not supported": "cyan", "untestable": "red"}
 
 
@@ -44,7 +48,7 @@ def summary(diagnosis: Diagnosis) -> RenderableType:
         parts.append(_effects(diagnosis))
     if diagnosis.given:
         parts += _numerics(diagnosis)
-    where = [f"{place.summary} (p = {place.p:.2g})" for place in diagnosis.located[:MOST_PLACES]]
+    where = [f"{place.summary} ({p_equals(place.p)})" for place in diagnosis.located[:MOST_PLACES]]
     where += acts(diagnosis)
     parts += [Text("Where:")] if where else []
     parts += [Text(f"  {line}") for line in where]
@@ -64,7 +68,7 @@ def _headline(diagnosis: Diagnosis) -> Text:
     line = Text()
     line.append(f"{diagnosis.recording}: ")
     line.append(sentence(diagnosis), style=f"bold {_COLOUR[diagnosis.verdict]}")
-    tested = f", global p = {diagnosis.global_p:.2g}" if diagnosis.candidates_tried else ""
+    tested = f", global {p_equals(diagnosis.global_p)}" if diagnosis.candidates_tried else ""
     line.append(f"  ({used(diagnosis)}{tested})")
     return line
 
@@ -154,13 +158,11 @@ def _how_much(effect: EffectFound) -> str:
 def _fit(diagnosis: Diagnosis) -> Text:
     """Returns the fit to unseen runs before and after, in robust figures with standard errors, if there are any."""
     fit = diagnosis.fit
-    # A simulator's own paths, which stand beside these, have its friction; these have what the runs' onsets show.
-    paths = "median path error" + (" at each run's own level of friction" if fit.simulator_rerun else "")
     parts = [
         _number(f"log score {{}} a {singular(diagnosis)}", fit.log_score_gain, fit.gain_se, sign=True),
         _number(as_expected("{}"), fit.gap_closed, fit.gap_closed_se),
         _change(fit, "onset_median_deg", "median onset error", "°"),
-        _change(fit, "path_median_mm", paths, " mm"),
+        _change(fit, "path_median_mm", PATH_ERROR, " mm"),
         _change(fit, "turn_median_deg", "median yaw error", "°") if fit.changes("turn_median_deg") else "",
         _change(fit, "coverage90", "90 % intervals hold", " of the onsets"),
     ]
@@ -182,5 +184,6 @@ def _number(words: str, value: float, se: float, *, sign: bool = False) -> str:
     """Returns the words with the number and its standard error in them; empty if there is no number."""
     if not math.isfinite(value):
         return ""
-    number = f"{value:+.2f}" if sign else f"{value:.2f}"
-    return words.format(f"{number} ± {se:.2f}" if math.isfinite(se) else number)
+    digits = min(math.ceil(-math.log10(se)), MOST_DIGITS) if 0.0 < se < LEAST_SHOWN else 2
+    number = f"{value:+.{digits}f}" if sign else f"{value:.{digits}f}"
+    return words.format(f"{number} ± {se:.{digits}f}" if math.isfinite(se) else number)

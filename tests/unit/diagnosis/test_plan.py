@@ -107,7 +107,7 @@ def test_what_no_plan_separates_is_advised_by_the_effects_themselves() -> None:
     assert (plan.plan, plan.runs) == ("", 0)
     assert all(effect.separated_by in plan.why for effect in pair)
     assert plan.why.startswith("No single plan separates them. ")
-    assert "They are separated by " in plan.why
+    assert "they are separated by " in plan.why
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from html import unescape
 from pathlib import Path
 
 import numpy as np
@@ -153,7 +154,8 @@ def test_a_recording_without_onsets_is_told_by_its_paths() -> None:
     nothing = replace(found.fit.before, onset_median_deg=math.nan)
     before, after = replace(nothing, path_median_mm=1.14), replace(nothing, path_median_mm=1.03)
     said = headline(replace(found, fit=replace(found.fit, before=before, after=after)))
-    assert "has not seen, the median path error goes from 1.14 mm to 1.03 mm, the log score" in said
+    error = "the median path error at each run's own level of friction"
+    assert f"has not seen, {error} goes from 1.14 mm to 1.03 mm, the log score" in unescape(said)
     assert "–" not in said
     before, after = replace(before, onset_median_deg=3.441), replace(before, onset_median_deg=3.44)
     said = headline(replace(found, fit=replace(found.fit, before=before, after=after)))
@@ -326,8 +328,9 @@ def test_one_thing_has_one_name_on_the_terminal_and_in_the_report() -> None:
     quality = replace(found.fit.before, path_median_mm=1.14, path_rmse_mm=2.0)
     found = replace(found, fit=replace(found.fit, before=quality, after=quality))
     printed = as_text([summary(found)])
-    assert "median path error 1.14" in " ".join(printed.split())
-    assert "the median path error stays at 1.14 mm" in headline(found)
+    level = "median path error at each run's own level of friction"
+    assert f"{level} 1.14" in " ".join(printed.split())
+    assert f"the {level} stays at 1.14 mm" in unescape(headline(found))
     own = {"engine": "my.py", "runs": 3, "before": {"path_median_mm": 35.0, "path_rmse_mm": 36.0, "se": {}}}
     beside = replace(found, fit=replace(found.fit, simulator_rerun=own))
     said = " ".join(as_text([summary(beside)]).split())
