@@ -13,6 +13,9 @@ from typing import Any, NoReturn
 WIDTH = 120
 """The most letters in a line of a help's text, as in the sources: longer lines are hard to follow."""
 
+_NUMBERS: dict[Any, str] = {int: "a whole number", float: "a number"}
+"""How people call what a type of the language stands for."""
+
 
 class WithDefaults(argparse.RawDescriptionHelpFormatter):
     """Help that states an option's default, unless its words do, or there is none (no value, a switch, an empty text).
@@ -59,6 +62,14 @@ class Parser(argparse.ArgumentParser):
         known = [name for action in self._actions for name in action.option_strings]
         hints = (nearest(word.partition("=")[0], known) for word in words if word.startswith("-"))
         self.error(f"unrecognized arguments: {' '.join(words)}{next((hint for hint in hints if hint), '')}")
+
+    def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
+        try:
+            return super()._get_value(action, arg_string)
+        except argparse.ArgumentError as error:
+            if number := _NUMBERS.get(action.type):
+                raise argparse.ArgumentError(action, f"expected {number}, got {arg_string!r}") from error
+            raise
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         try:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from shared.arguments import nearest
 from shared.errors import UserError
 from shared.rig import RigConfig
 from station.app.plugins import named_in, plugin_folders
@@ -71,6 +72,6 @@ def _of_name(name: str, limit_s: float) -> Simulator:
         files = ", ".join(f"*{suffix}" for suffix in suffixes())
         raise UserError(
             f"Expected {', '.join(names())}, a simulation's recording (.mcap) or a simulator of your own ({files}) "
-            f"to simulate with, got {name}"
+            f"to simulate with, got {name}{nearest(name, names())}"
         )
     return opened(name, limit_s=limit_s)

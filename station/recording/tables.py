@@ -194,6 +194,8 @@ def _read_csv(cells: Cells, path: Path) -> tuple[Sample, ...]:
 
 
 def _require(columns: Sequence[str], path: Path, one_of: Collection[str]) -> None:
+    if not columns:
+        raise UserError(f"Expected a table of samples in {path}, but the file is empty")
     if not set(one_of) & set(columns):
         found, wanted = ", ".join(columns[:8]) or "none", " or ".join(f"'{name}'" for name in one_of)
         raise UserError(f"Expected a table of samples with a column {wanted} in {path}; its columns are: {found}")

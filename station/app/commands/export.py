@@ -21,6 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
+from shared.arguments import nearest
 from shared.errors import UserError
 from shared.notes import note_line
 from shared.visible import visible
@@ -113,7 +114,9 @@ def _formats(words: str) -> list[Format]:
 def _names(words: str, known: Sequence[str]) -> list[str]:
     names = list(dict.fromkeys(word.strip() for word in words.split(",")))
     if unknown := [name for name in names if name not in (*known, "all")]:
-        raise UserError(f"Expected --format to be 'all' or of {', '.join(known)}, got '{unknown[0]}'")
+        raise UserError(
+            f"Expected --format to be 'all' or of {', '.join(known)}, got '{unknown[0]}'{nearest(unknown[0], known)}"
+        )
     return names
 
 

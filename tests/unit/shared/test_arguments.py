@@ -51,6 +51,22 @@ def test_an_abbreviation_is_no_option(parser: Parser) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
+        (["here", "--samples", "abc"], "argument --samples: expected a whole number, got 'abc'\n"),
+        (["here", "--samples", "1.5"], "argument --samples: expected a whole number, got '1.5'\n"),
+        (["here", "--mu", "low"], "argument --mu: expected a number, got 'low'\n"),
+    ],
+)
+def test_it_says_that_a_number_is_expected(
+    parser: Parser, words: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        parser.parse_args(words)
+    assert capsys.readouterr().err.endswith(said)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
         (["--sampels", "3"], "unrecognized arguments: --sampels 3; did you mean --samples?"),
         (["--sampels=3"], "unrecognized arguments: --sampels=3; did you mean --samples?"),
         (["--zzzzzz"], "unrecognized arguments: --zzzzzz\n"),
