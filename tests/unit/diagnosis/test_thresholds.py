@@ -26,9 +26,9 @@ SETTINGS: dict[str, str] = {
     "steps, tolerances, starts and grids of a search for a maximum, which is the same with others": """
         inference.fit:MOST_STEPS inference.fit:NOISE_ROUNDS inference.climb:CONVERGED inference.climb:WORTH_RENEWING
         inference.climb:FARTHEST inference.climb:FARTHEST_SHAPE inference.climb:SHRUNK inference.climb:ENOUGH
-        inference.climb:DAMPED inference.climb:AGAIN inference.climb:NEARBY inference.climb:LEAST_STEP
-        inference.quadratic:BENT inference.quadratic:RIDGE inference.quadratic:FLAT likelihood.student:SETTLED
-        inference.noise_of:LEAST_FACTOR inference.gain:SINGULAR inference.columns:HOPELESS
+        inference.climb:LITTLE inference.climb:DAMPED inference.climb:AGAIN inference.climb:NEARBY
+        inference.climb:LEAST_STEP inference.quadratic:BENT inference.quadratic:RIDGE inference.quadratic:FLAT
+        likelihood.student:SETTLED inference.noise_of:LEAST_FACTOR inference.gain:SINGULAR inference.columns:HOPELESS
         inference.columns:ABSORBED inference.determined:STEP likelihood.slopes:STEP likelihood.wander:STEPS
         likelihood.grouped:STEPS
         likelihood.mixture:ROUNDS likelihood.mixture:SETTLED likelihood.mixture:SPLITS likelihood.mixture:PEAKS
