@@ -14,7 +14,7 @@ WIDTH = 120
 """The most letters in a line of a help's text, as in the sources: longer lines are hard to follow."""
 
 _NUMBERS: dict[Any, str] = {int: "a whole number", float: "a number"}
-"""How people call what a type of the language stands for."""
+"""The words for what a number's type stands for."""
 
 
 class WithDefaults(argparse.RawDescriptionHelpFormatter):
