@@ -197,7 +197,7 @@ def _require(columns: Sequence[str], path: Path, one_of: Collection[str]) -> Non
     if not columns:
         raise UserError(f"Expected a table of samples in {path}, but the file is empty")
     if not set(one_of) & set(columns):
-        found, wanted = ", ".join(columns[:8]) or "none", " or ".join(f"'{name}'" for name in one_of)
+        found, wanted = ", ".join(columns[:8]), " or ".join(f"'{name}'" for name in one_of)
         raise UserError(f"Expected a table of samples with a column {wanted} in {path}; its columns are: {found}")
 
 

@@ -33,7 +33,8 @@ slope of a law by its shape holds only nearby."""
 SHRUNK = (1.0, 0.5, 0.2, 0.05, 0.01)
 """The factors by which a step is shortened, one after another."""
 LITTLE = 0.1
-"""A step that is shortened to less than this share is tried with damping, too, and the likelier end is taken."""
+"""A step that is shortened to less than this share is tried with damping, too, and the likelier end is taken. With
+damping alone a valley without noise is too narrow (`pytest tests/recovery/test_imported_tracks.py -k fixed_slope`)."""
 DAMPED = (1e-3, 1e-2, 1e-1, 1.0, 10.0)
 """The dampings of a step that gains too little even when it is shortened, one after another: shares of each number's
 own curvature (Marquardt 1963, J. SIAM 11, 431). What is told well goes its way, and what is hardly told, whose long

@@ -176,13 +176,8 @@ def _confirms(question: Question, bench: Bench) -> NextExperiment:
     choice = separating(question, bench)
     (name,) = question.ids
     if choice.promise.power < POWER:
-        return _none(
-            question,
-            choice,
-            bench,
-            f"No single plan shows {name} of this size",
-            advice=GENERAL.format("it is shown by"),
-        )
+        words = f"No single plan shows {name} of this size"
+        return _none(question, choice, bench, words, advice=GENERAL.format("it is shown by"))
     return _promised((name, "none"), choice, bench, f"shows {name}, if it is there,")
 
 
