@@ -44,7 +44,7 @@ Sender = Literal["camera", "arm", "station", "twin", "any"]
 
 @dataclass(frozen=True, slots=True)
 class Topic:
-    """One line of the table; `rate_hz` is nominal, 0 means on change.
+    """One line of the table; `rate_hz` is the least one; 0: none is promised, as it comes on change or request.
 
     What is not `recorded` is a simulator's own wire, whose content other topics hold as well.
     """
@@ -74,12 +74,12 @@ class Service:
 _TOPICS = (
     Topic("camera/corners", m.MarkerCorners, CORNERS, "camera", 90, "the block's marker, every frame"),
     Topic("camera/plate", m.MarkerCorners, CORNERS, "camera", 10, "a fiducial fixed to the plate"),
-    Topic("camera/image", foxglove.CompressedImage, IMAGE, "camera", 12, "preview, or every frame on request"),
+    Topic("camera/image", foxglove.CompressedImage, IMAGE, "camera", 0, "preview, or every frame on request"),
     Topic("camera/calibration", foxglove.CameraCalibration, STATUS, "camera", 1, "intrinsics and distortion"),
     Topic("camera/geometry", m.CameraGeometry, STATUS, "camera", 1, "what turns pixels into places on the plate"),
     Topic("camera/status", m.AgentStatus, STATUS, "camera", 1, "how the camera agent is doing"),
     Topic(
-        "camera/image/overlay", foxglove.PointCloud, IMAGE, "camera", 12, "the corners, drawn over the image by viewers"
+        "camera/image/overlay", foxglove.PointCloud, IMAGE, "camera", 0, "the corners, drawn over the image by viewers"
     ),
     Topic("block/pose", m.BlockPose, CORNERS, "any", 90, "the block by another tracker"),
     Topic("arm/joints", m.JointState, STATE, "arm", 100, "the arm's joints as measured"),

@@ -38,7 +38,7 @@ def _topics() -> str:
             f"`{line.name}`",
             _link(line.message),
             line.sender,
-            f"{line.rate_hz:g}" if line.rate_hz else "on change",
+            f"{line.rate_hz:g}" if line.rate_hz else "on change or request",
             line.meaning,
         )
         for line in topics.TOPICS.values()

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from shared.config import Table, table_of
 from shared.errors import UserError
-from shared.rig import CameraConfig, RigConfig, rig_of_table
+from shared.rig import RigConfig, rig_of_table
 from shared.visible import visible
 from station.recording.reader import RecordingReader
 
@@ -58,17 +58,22 @@ def planted_in(rig: RigConfig | None) -> tuple[str, ...]:
     """Returns a note on what a simulated rig conceals on purpose, if its file says so."""
     if rig is None or not rig.planted:
         return ()
-    return (f"the rig is a simulation: {visible(rig.planted)}{_sag_at_onset(rig.camera)}",)
+    return (f"the rig is a simulation: {visible(rig.planted)}{_sag_at_onset(rig)}",)
 
 
-def _sag_at_onset(camera: CameraConfig) -> str:
-    """Returns the sag of a simulated camera in px and in mm, at a tilt that is reached; empty if it does not sag."""
+def _sag_at_onset(rig: RigConfig) -> str:
+    """Returns the sag of a simulated camera in px and in mm, at a tilt that is reached; empty if it does not sag.
+
+    The mm are those at the height of the block's mark, in which a diagnosis tells it: that is nearer to the lens.
+    """
+    camera = rig.camera
     upright_px = camera.options.values.get("sag_px")
     if not isinstance(upright_px, int | float) or not 0.0 < abs(upright_px) < _NO_SAG_PX:
         return ""
     shift_px = upright_px * math.sin(math.radians(TOLD_AT_DEG))
-    on_plate = f"{shift_px / camera.px_per_mm:.2f} mm on the plate"
-    return f" (at {TOLD_AT_DEG:g}° the picture moves by {shift_px:.1f} px, {on_plate})"
+    nearer = 1.0 - 1e3 * rig.block.size_m[2] / camera.height_mm
+    at_mark = f"{nearer * shift_px / camera.px_per_mm:.2f} mm at the height of the block's mark"
+    return f" (at {TOLD_AT_DEG:g}° the picture moves by {shift_px:.1f} px, {at_mark})"
 
 
 def planted_in_recording(reader: RecordingReader) -> tuple[str, ...]:

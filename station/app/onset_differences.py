@@ -53,7 +53,8 @@ def in_sum(recorded: Sequence[Sample], simulated: Sequence[Sample]) -> list[str]
     held = sum(now.censored and not was.censored for was, now in pairs)
     slipped = sum(was.censored and not now.censored for was, now in pairs)
     if held or slipped:
-        lines.append(f"{held} runs slid in the recording only, {slipped} in the simulation only")
+        unseen = "; their differences are not in that mean, which is biased by it" if lines else ""
+        lines.append(f"{held} runs slid in the recording only, {slipped} in the simulation only{unseen}")
     return lines or ["No run has an onset to compare"]
 
 

@@ -45,7 +45,11 @@ def _outcome(sample: Sample) -> str:
 
 def directions_table(samples: Sequence[Sample]) -> Table:
     """Returns a row for each direction: counts, and mean and standard deviation of the kept samples' onsets."""
-    table = Table(title="Onset angle by direction (kept samples)", title_justify="left")
+    table = Table(
+        title="Onset angle by direction (kept samples)", title_justify="left",
+        caption="Kept: neither censored nor flagged in the session. `station analyze` filters further.",
+        caption_justify="left",
+    )  # fmt: skip
     for column in ("direction", "kept", "censored", "flagged", "mean °", "sd °"):
         table.add_column(column, justify="right")
     for row in by_direction(samples):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,13 +23,17 @@ from station.diagnosis.search.advised import advice
 from station.diagnosis.search.beside import Beside
 from station.diagnosis.search.kinds import kinds_of_runs
 from station.diagnosis.search.locate import located, summary_of
+from station.diagnosis.search.misfit import shares
 from station.diagnosis.search.posterior import Posteriors, called
-from station.diagnosis.search.search import Search
+from station.diagnosis.search.search import Search, Stage
 from station.diagnosis.search.toppled import shows_toppling, toppled
 from station.diagnosis.search.unnamed import change, depends_on, smooth_in_words
 from station.physics.catalogue import Catalogue
 from station.physics.model import Model, Term, table_of_model
 from station.physics.smooth import is_smooth
+
+_ROWS = 10
+"""The most candidates of a stage that the comparison table shows: the answer's size, nothing is decided by it."""
 
 
 def why_not(evidence: Evidence) -> str | None:
@@ -105,25 +109,30 @@ def answered(
         none_probability=posteriors.none * math.prod(one.none_probability for one in beside),
         fit=quality,
         candidates_tried=sum(stage.tried for stage in stages),
-        candidates=tuple(
-            Candidates(
-                stage=number,
-                ids=candidate.ids,
-                label=" + ".join(candidate.key),
-                twice_gain=float(candidate.twice_gain),
-                parameters=sum(len(effect.parameters) for effect in candidate.effects),
-                bic=float(candidate.bic),
-                twice_log_odds=float(candidate.twice_log_odds),
-                fitted=candidate.fitted is not None,
-            )
-            for number, stage in enumerate(stages)
-            for candidate in stage.candidates[:10]
-        ),
+        candidates=tuple(row for number, stage in enumerate(stages) for row in _compared(number, stage)),
         untestable=untestable,
         numerics=(),
         notes=(*evidence.notes, *told(found.model.model), *(note for one in beside for note in one.notes)),
         model=table_of_model(_with_mass(as_simulated(evidence, assessment.model), catalogue, tips)),
     )
+
+
+def _compared(number: int, stage: Stage) -> Iterator[Candidates]:
+    """Yields the rows of a stage's comparison table; what is fitted in full has a share of the posterior."""
+    fitted = [candidate for candidate in stage.candidates if candidate.fitted is not None]
+    share = dict(zip((one.key for one in fitted), shares(fitted)[1:].tolist(), strict=True))
+    for candidate in stage.candidates[:_ROWS]:
+        yield Candidates(
+            stage=number,
+            ids=candidate.ids,
+            label=" + ".join(candidate.key),
+            twice_gain=float(candidate.twice_gain),
+            parameters=sum(len(effect.parameters) for effect in candidate.effects),
+            bic=float(candidate.bic),
+            twice_log_odds=float(candidate.twice_log_odds),
+            fitted=candidate.fitted is not None,
+            share=share.get(candidate.key, 0.0) if candidate.fitted is not None else 0.0,
+        )
 
 
 def _with_mass(model: Model, catalogue: Catalogue, tips: Beside | None) -> Model:

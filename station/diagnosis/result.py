@@ -291,8 +291,9 @@ class NextExperiment:
 class Candidates:
     """One row of the comparison table: a candidate's gain over the model before its stage.
 
-    `ids` has `other` for a smooth term; `label` names the candidate for readers. `twice_log_odds`, the BIC gain with
-    the prior, are what ranks it.
+    `ids` has `other` for a smooth term; `label` names the candidate for readers. `twice_log_odds` are the BIC gain with
+    the prior. `share` is the posterior one among nothing and what was fitted in full, which allows for the misfit of
+    laws; it is 0 where only a score is known.
     """
 
     stage: int
@@ -303,6 +304,7 @@ class Candidates:
     bic: float
     twice_log_odds: float
     fitted: bool
+    share: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

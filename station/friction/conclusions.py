@@ -96,14 +96,18 @@ def _anisotropy(result: PairResult) -> Note:
 
 
 def _verdict(test: AnisotropyTest, relation: str) -> str:
-    size = (
-        f"highest over lowest µ {test.ratio:.3f}, where chance alone stays below {test.ratio_by_chance:.3f} in 95 %; "
-        f"p = {test.p_adjusted:.2g}, direction explains {percent(test.omega2, 0)} of the scatter"
-    )
+    """Says what the test found. The ratio that chance alone gives is told only where chance is the explanation."""
+    p, ratio = f"p = {test.p_adjusted:.2g}", f"highest over lowest µ {test.ratio:.3f}"
     if test.p_adjusted < LEVEL:
         at = math.degrees(test.highest_rad) % 360
-        return f"Friction depends on the sliding direction against the {relation}, highest at {at:.0f}° ({size})."
-    return f"No dependence on the sliding direction against the {relation} was found ({size})."
+        return (
+            f"Friction depends on the sliding direction against the {relation}, highest at {at:.0f}° ({p}; {ratio}; "
+            f"direction explains {percent(test.omega2, 0)} of the scatter)."
+        )
+    return (
+        f"No dependence on the sliding direction against the {relation} was found ({p}; {ratio}, and chance alone "
+        f"stays below {test.ratio_by_chance:.3f} in 95 %)."
+    )
 
 
 def _plate(result: PairResult) -> list[Note]:

@@ -159,10 +159,13 @@ def _shape_sentence(fit: LimitCurveFit) -> str:
 
 
 def _against_a_circle(fit: LimitCurveFit) -> str:
-    """Says what the test against a circle came to; of a curve that is one, by its own p-value too, it is consistent."""
+    """Says what the test against a circle came to, and where test and choice differ, that they do."""
     p = p_is(fit.p_isotropic)
-    consistent = fit.kind == "isotropic" and fit.p_isotropic >= _LEVEL
-    return f"consistent with a circle ({p} against {_ONE_WAY})" if consistent else f"{p} against a circle"
+    if fit.kind != "isotropic":
+        return f"{p} against a circle"
+    if fit.p_isotropic >= _LEVEL:
+        return f"consistent with a circle ({p} against {_ONE_WAY})"
+    return f"a test speaks for {_ONE_WAY} ({p}), but not by enough for the parameters that they take (BIC)"
 
 
 def _scatter_sentence(fit: LimitCurveFit) -> str:

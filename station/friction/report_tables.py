@@ -143,8 +143,9 @@ def _anisotropy_table(results: Sequence[PairResult]) -> ReportTable:
         note=(
             "Harmonics 1 and 2 of ln µ are tested after a trend over the session is taken out. p is by permutations, p "
             "Holm is adjusted for the number of tests, and p given other is of an F test beside the harmonics of the "
-            "other relation. By chance is the 95 % quantile of max/min µ without any anisotropy, explained is ω² of "
-            "the direction, and the last column has the direction of the highest friction."
+            "other relation. By chance is the 95 % quantile of max/min µ without any anisotropy; as a p weighs all "
+            "directions, it may be small where that ratio is not exceeded. Explained is ω² of the direction, and the "
+            "last column has the direction of the highest friction."
         ),
     )
 

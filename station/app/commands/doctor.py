@@ -84,7 +84,7 @@ def _streams_table(streams: tuple[StreamHealth, ...]) -> Table:
     columns = (
         "count",
         "Hz",
-        "nominal",
+        "at least",
         "jitter p99 ms",
         "gaps",
         "longest s",
@@ -96,13 +96,13 @@ def _streams_table(streams: tuple[StreamHealth, ...]) -> Table:
     for column in columns:
         table.add_column(column, justify="right")
     for stream in streams:
-        nominal = f"{stream.nominal_hz:g}" if stream.nominal_hz else "–"
+        least = f"{stream.nominal_hz:g}" if stream.nominal_hz else "–"
         timing = [_figure(value, 2) for value in (stream.latency_p50_ms, stream.latency_p99_ms)]
         table.add_row(
             escape(visible("/" + stream.topic)),
             str(stream.count),
             _figure(stream.rate_hz, 1),
-            nominal,
+            least,
             _figure(stream.jitter_p99_ms, 2),
             str(stream.gaps),
             _figure(stream.gap_max_s, 3),

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from itertools import groupby
 from pathlib import Path
 from textwrap import wrap
 from typing import Any
@@ -81,12 +82,17 @@ def _sized(parameter: Parameter) -> str:
 
 def _explained(effect: Effect) -> str:
     lines = [f"{effect.id}: {effect.title}", f"  law: {effect.law}", f"  source: {effect.source}"]
-    for one in effect.parameters:
-        null = "a shape" if one.is_shape else f"null {one.null:g}, typical {one.typical:g}"
-        lines.append(f"  {one.name}{one.in_unit}: {one.low:g} … {one.high:g}, {null}")
+    # Parameters in a row that differ in their names alone, such as the waves of a map, are one line.
+    for bounds, alike in groupby(effect.parameters, key=_bounds):
+        lines += _indented(f"{', '.join(one.name for one in alike)}{bounds}")
     if effect.confounded_with:
         lines.append(f"  confounded with: {', '.join(effect.confounded_with)}")
     return "\n".join([*lines, f"  separated by: {effect.separated_by}"])
+
+
+def _bounds(one: Parameter) -> str:
+    null = "a shape" if one.is_shape else f"null {one.null:g}, typical {one.typical:g}"
+    return f"{one.in_unit}: {one.low:g} … {one.high:g}, {null}"
 
 
 def _described(effect: Effect) -> dict[str, Any]:

@@ -11,7 +11,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from rich.console import Console
+
 from station.app.front.simulation import simulate
+from station.app.progress import stages
 from station.simulators.simulator import names
 
 NAME = "simulate"
@@ -42,9 +45,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Simulates, writes, and says how far the onsets are apart."""
-    simulated = simulate(
-        args.file, args.model, plant=args.plant, simulator=args.simulator, rig=args.rig, seed=args.seed
-    )
+    with stages(Console(stderr=True, highlight=False), f"simulating {args.file} with {args.simulator}"):
+        simulated = simulate(
+            args.file, args.model, plant=args.plant, simulator=args.simulator, rig=args.rig, seed=args.seed
+        )
     count = simulated.write(args.out)
     print("\n".join(simulated.apart))
     print(f"{args.out}: {count} messages, {len(simulated.every_sample)} runs simulated by {args.simulator}")

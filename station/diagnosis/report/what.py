@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from html import escape
 
+from station.diagnosis import thresholds
 from station.diagnosis.report import html
 from station.diagnosis.report.sentences import in_order
 from station.diagnosis.result import Candidates, Diagnosis
@@ -13,7 +13,6 @@ from station.pages import pieces
 
 _MOST = 10
 _HEAD = ("candidate", "gain", "parameters", "BIC gain", "2 ln odds")
-_CLASS_ODDS = 6.0
 
 
 def what(diagnosis: Diagnosis) -> str:
@@ -57,15 +56,19 @@ def _comparison(diagnosis: Diagnosis, stage: int) -> str:
 def _fitted(diagnosis: Diagnosis, stage: int, rows: Sequence[Candidates]) -> str:
     if not rows:
         return ""
-    ranked = sorted(rows, key=lambda row: -row.twice_log_odds)
-    best = ranked[0].twice_log_odds
-    weights = [math.exp(0.5 * (row.twice_log_odds - best)) for row in ranked]
+    ranked = sorted(rows, key=lambda row: (-row.share, -row.twice_log_odds))
+    likelier = [sum(row.share for row in ranked[:rank]) for rank in range(len(ranked))]
     cells = [
-        [str(rank), *_cells(row), html.number(weight / sum(weights)), _class(diagnosis, row), _assessed(row, best)]
-        for rank, (row, weight) in enumerate(zip(ranked, weights, strict=True), start=1)
+        [str(rank), *_cells(row), html.number(row.share), _class(diagnosis, row), _assessed(row, before)]
+        for rank, (row, before) in enumerate(zip(ranked, likelier, strict=True), start=1)
     ]
     caption = f"Stage {stage + 1}: compared with " + ("the plain model" if stage == 0 else "what was found before")
-    return pieces.table(("rank", *_HEAD, "weight", "class", "assessment"), cells, caption=caption)
+    return pieces.table(
+        ("rank", *_HEAD, "share", "class", "assessment"),
+        cells,
+        caption=caption,
+        note="No law is exact, so where one gains much, differences of the odds count for less in the shares.",
+    )
 
 
 def _scored(diagnosis: Diagnosis, stage: int, rows: Sequence[Candidates]) -> str:
@@ -91,8 +94,11 @@ def _class(diagnosis: Diagnosis, row: Candidates) -> str:
     return escape("; ".join(", ".join(ids) for ids in classes if set(ids) & set(row.ids)))
 
 
-def _assessed(row: Candidates, best: float) -> str:
-    """Returns the assessment of a fitted candidate beside the best one; empty where its rank says all."""
+def _assessed(row: Candidates, likelier: float) -> str:
+    """Returns the assessment of a fitted candidate; `likelier` is the share of those before it, 0 for the best.
+
+    The best and what is needed beside it for the share CREDIBLE cannot be told apart.
+    """
     if row.bic <= 0:
         return "not worth its parameters"
-    return "indistinguishable from the best" if 0 < best - row.twice_log_odds < _CLASS_ODDS else ""
+    return "indistinguishable from the best" if 0 < likelier < thresholds.CREDIBLE else ""

@@ -6,7 +6,6 @@ all that could fill its place is fitted anew: a better one replaces it, and what
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -18,7 +17,7 @@ from station.diagnosis.likelihood.systematic import claimable, less
 from station.diagnosis.search.by_paths import with_path_evidence
 from station.diagnosis.search.candidates import Candidate, Fitter, tested_alone
 from station.diagnosis.search.excused import best_of_each, excused
-from station.diagnosis.search.misfit import temperature
+from station.diagnosis.search.misfit import shares
 from station.diagnosis.search.trifle import is_trifle
 from station.physics.effect import Effect
 
@@ -49,17 +48,12 @@ class Comparison:
 
     def shares(self) -> dict[str, float]:
         """Gives the posterior by id, with all smooth terms as `other` and nothing as `none`; the shares add up to 1."""
-        top = max((0.0, *(candidate.twice_log_odds for candidate in self.candidates)))
-        heat = temperature(candidate.twice_gain for candidate in self.candidates)
-        weights = {"none": math.exp(-0.5 * top / heat)}
-        for candidate in self.candidates:
+        none, *each = shares(self.candidates).tolist()
+        by_id = {"none": none}
+        for candidate, share in zip(self.candidates, each, strict=True):
             (name,) = candidate.ids
-            # An effect outside the catalogue has no law whose misspecification could be excused.
-            excused = 1.0 if candidate.unexpected else heat
-            weight = math.exp(0.5 * (candidate.twice_log_odds - top) / excused)
-            weights[name] = weights.get(name, 0.0) + weight
-        total = sum(weights.values())
-        return {name: weight / total for name, weight in weights.items()}
+            by_id[name] = by_id.get(name, 0.0) + share
+        return by_id
 
     def class_of(self, name: str) -> tuple[str, ...]:
         """Returns the name and the likeliest others, until together they reach the share CREDIBLE of all but `none`."""

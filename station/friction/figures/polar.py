@@ -16,8 +16,8 @@ NUMBER = 9.0
 CAPTION = (
     "Each dot is a sample: its distance from the centre is the angle of repose (degrees), its angle the sliding "
     "direction relative to the object, its colour the tilting direction. Left as the paper folds it, "
-    "0° along the mark's short side (compare its Fig. 9); right over the whole circle, which the mark's identity "
-    "gives, 0° along the mark's own x."
+    "0° along the mark's short side, or along a square mark's own x (compare its Fig. 9); right over the whole circle, "
+    "which the mark's identity gives, 0° along the mark's own x."
 )
 INTERVAL = ""
 

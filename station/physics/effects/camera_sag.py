@@ -1,10 +1,10 @@
 """Camera sag: the mount bends under its own weight, and everything on the plate seems to move.
 
 A mount that bends alike to all sides under the weight's part along the plate, m g sin θ, shifts the image of the plate
-along the slope by k sin θ, k the shift (in metres on the plate) that a vertical plate would show (linear elasticity;
-Dressel et al. allow for it). What pulls in a direction of its own as the plate tilts, as a cable does, shifts it in a
-direction that is fixed in the camera, and so in P: by (fx, fy) sin θ. Block and fixed fiducials shift alike,
-reversibly, in every run; slopes to opposite sides tell the two apart.
+down the slope by k sin θ, k the shift that a vertical plate would show, in metres at the height of the block's mark
+(linear elasticity; Dressel et al. allow for it). What pulls in a direction of its own as the plate tilts, as a cable
+does, shifts it in a direction that is fixed in the camera, and so in P: by (fx, fy) sin θ. Block and fixed fiducials
+shift alike, reversibly, in every run; slopes to opposite sides tell the two apart.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ class CameraSag(Effect):
     id: ClassVar[str] = "camera_sag"
     title: ClassVar[str] = "sag of the camera"
     law: ClassVar[str] = (
-        "the image shifts by k sin(tilt) along the slope, and by (fx, fy) sin(tilt) in the plate (all 0)"
+        "the image shifts by k sin(tilt) down the slope, and by (fx, fy) sin(tilt) in the plate, told at the height of "
+        "the block's mark (all 0)"
     )
     source: ClassVar[str] = "Dressel et al., section III (a threshold of 10 px + 1 px a degree allows for it)"
     layer: ClassVar[Layer] = "camera"

@@ -263,13 +263,13 @@ def test_what_a_simulated_rig_conceals_is_announced_wherever_its_session_is_show
 
 
 def test_a_sag_is_told_in_mm_at_a_tilt_that_is_reached() -> None:
-    """The law of the effect gives 12 px × sin(20°) = 4.1 px, and with 8 px/mm half a millimetre."""
+    """The law of the effect gives 12 px × sin(20°) = 4.1 px, half a mm with 8 px/mm; the mark is 3 % nearer."""
     rig = load_rig(assembly.simulated_rig_path())
     finer = replace(rig, camera=replace(rig.camera, px_per_mm=8.0))
     (said,), (said_finer,) = planted_in(rig), planted_in(finer)
     assert "12 px when the plate is upright" in said
-    assert said.endswith("(at 20° the picture moves by 4.1 px, 0.68 mm on the plate)")
-    assert said_finer.endswith("4.1 px, 0.51 mm on the plate)")
+    assert said.endswith("(at 20° the picture moves by 4.1 px, 0.66 mm at the height of the block's mark)")
+    assert said_finer.endswith("4.1 px, 0.50 mm at the height of the block's mark)")
 
 
 @pytest.mark.parametrize("sag_px", [0.0, float("nan"), float("inf"), 10**400, "much", [1.0]])

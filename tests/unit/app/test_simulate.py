@@ -122,4 +122,5 @@ def test_many_runs_are_summed_up() -> None:
     assert "of 39 runs" in lines[-3]
     assert lines[1].split()[0] == "19"
     assert "1 runs slid in the recording only" in lines[-1]
+    assert "not in that mean" in lines[-1]
     assert difference([], []) == ["No run has an onset to compare"]

@@ -259,18 +259,27 @@ def test_a_promised_standard_error_is_told_in_the_unit_of_what_is_known() -> Non
     assert Value(value=1.847e-3, sd=4.3e-5, unit="m").sharper(2.1e-5) == "± 0.021 mm, now 1.847 ± 0.043 mm"
 
 
-def test_a_candidate_of_a_better_rank_has_no_smaller_weight() -> None:
-    """The log odds give both: the BIC alone would give a pair, whose prior is smaller, more weight than its rank."""
+def test_a_candidate_of_a_better_rank_has_no_smaller_share() -> None:
+    """Odds of 41 stood between two laws that the verdict could not tell apart: the verdict allows for misfit."""
     diagnosis = grained().diagnosis
     first, *_ = diagnosis.candidates
-    pair = replace(first, label="a pair", bic=first.bic + 2.0, twice_log_odds=first.twice_log_odds - 4.0, fitted=True)
+    best = replace(first, fitted=True, bic=60.0, twice_log_odds=60.0, share=0.7)
+    pair = replace(best, label="a pair", bic=62.0, twice_log_odds=19.0, share=0.25)
+    last = replace(best, label="a third", bic=10.0, twice_log_odds=10.0, share=0.05)
     promised = replace(first, label="a score", twice_log_odds=first.twice_log_odds + 50.0, fitted=False)
-    text = what(replace(diagnosis, candidates=(replace(first, fitted=True), pair, promised)))
+    text = what(replace(diagnosis, candidates=(last, pair, best, promised)))
     ranked, scored = text.split("Stage 1: compared with the plain model")[1].split("Stage 1: not fitted")
-    weights = [float(row.split("</td><td>")[6]) for row in ranked.split("<tr><td>")[1:]]
-    assert weights == pytest.approx([1.0 / (1.0 + np.exp(-2.0)), 1.0 / (1.0 + np.exp(2.0))], abs=0.01)
+    rows = [row.split("</td><td>") for row in ranked.split("<tr><td>")[1:]]
+    assert [float(row[6]) for row in rows] == [0.7, 0.25, 0.05]
+    assert ["indistinguishable" in row[8] for row in rows] == [False, True, False]
     assert "a score" in scored
     assert "a score" not in ranked
+
+
+def test_the_shares_of_the_table_are_those_of_the_posterior() -> None:
+    fitted = [row for row in grained().diagnosis.candidates if row.fitted and row.stage == 0]
+    assert 0.5 < sum(row.share for row in fitted) <= 1.0
+    assert all(row.share == 0.0 for row in grained().diagnosis.candidates if not row.fitted)
 
 
 def test_only_what_is_beyond_chance_has_a_colour() -> None:
