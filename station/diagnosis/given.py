@@ -34,7 +34,7 @@ from station.physics.catalogue import Catalogue
 from station.physics.effect import Effect
 from station.physics.model import Model
 from station.physics.smooth import is_smooth
-from station.simulators.artefacts import CURES
+from station.simulators.artefacts import CURES, said
 from station.simulators.rerun import Part
 
 Again = Callable[[float], Recorded]
@@ -109,7 +109,7 @@ def against_given(
         tuple(effect for effect in catalogue.values() if camera or effect.layer != "camera"),
         start=start,
         rng=rng,
-        progress=lambda said: progress(f"simulation: {said}"),
+        progress=lambda stage: progress(f"simulation: {stage}"),
         numerics=True,
     )
     found = search(staged, rng, progress)
@@ -187,14 +187,7 @@ def _without_numerics(diagnosis: Diagnosis, catalogue: Catalogue) -> Diagnosis:
     }
     effects = tuple(effect for effect in diagnosis.effects if effect.id not in ours)
     rows = [
-        {
-            "id": effect.id,
-            "size": value.value,
-            "unit": value.unit,
-            "cured_by": CURES[effect.id],
-            "before": None,
-            "after": None,
-        }
+        said(effect.id, value.value, value.unit, cured_by=CURES[effect.id], before=None, after=None)
         for effect in diagnosis.effects
         for value in effect.parameters.values()
         if effect.id in ours and effect.verdict != "not supported"

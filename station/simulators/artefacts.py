@@ -32,9 +32,16 @@ CURES = {
     "cone_artifact": 'an elliptic friction cone (MuJoCo: cone="elliptic")',
 }
 
+MEANT = {
+    ("solver_creep", "deg"): "blocks start earlier",
+    ("solver_creep", "mm"): "blocks creep before they slide",
+    ("cone_artifact", "deg"): "friction angles differ by direction",
+}
+"""What the size of each is, by its unit."""
+
 
 def artefacts(simulated: Signals, *, mu_s: float) -> list[dict[str, Any]]:
-    """Returns the artefacts found: dicts of id, size, unit, cured_by, before and after.
+    """Returns the artefacts found: dicts of id, meant, size, unit, cured_by, before and after.
 
     `after` is None, as nothing is simulated again.
 
@@ -120,4 +127,12 @@ def _slope(by: Array, values: Array) -> tuple[float, float]:
 
 
 def _said(name: str, size: float, unit: str, before: float) -> dict[str, Any]:
-    return {"id": name, "size": size, "unit": unit, "cured_by": CURES[name], "before": before, "after": None}
+    return said(name, size, unit, cured_by=CURES[name], before=before, after=None)
+
+
+def said(
+    name: str, size: float, unit: str, *, cured_by: str, before: float | None, after: float | None
+) -> dict[str, Any]:
+    """Returns an artefact as the answer has it; `meant` says in words what its size is of."""
+    known = {"id": name, "meant": MEANT.get((name, unit), ""), "size": size, "unit": unit, "cured_by": cured_by}
+    return known | {"before": before, "after": after}

@@ -64,7 +64,7 @@ class Refinable(OwnFriction):
     def numerics(self, recorded: Signals, *, rig: RigConfig) -> tuple[list[dict[str, Any]], Simulator]:
         """Gives the effects of the settings on recorded tilts, and the simulator with those that cure it (else itself).
 
-        Each thing is a dict of id, size, unit, cured_by, before and after.
+        Each thing is a dict of id, meant, size, unit, cured_by, before and after.
 
         Raises:
             UserError: if the recording lacks what a simulation needs.

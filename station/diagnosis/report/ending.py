@@ -35,13 +35,13 @@ def numerics(diagnosis: Diagnosis) -> str:
         return ""
     rows = [[_cell(one.get(key), to=_last_digit(one["size"])) for key in _NUMERICS] for one in diagnosis.numerics]
     why = "What changes with the simulator's own settings is not physics that it leaves out: cure it first."
-    head = ("what", "size", "unit", "with these settings", "cured", "cured by")
+    head = ("what", "in words", "size", "unit", "with these settings", "cured", "cured by")
     table = pieces.table(head, rows)
     title = "The simulation's numerics" if diagnosis.given else "Numerics first"
     return pieces.section(title, pieces.paragraph(why), table, name="numerics")
 
 
-_NUMERICS = ("id", "size", "unit", "before", "after", "cured_by")
+_NUMERICS = ("id", "meant", "size", "unit", "before", "after", "cured_by")
 
 
 def _last_digit(size: float) -> int:

@@ -75,10 +75,13 @@ def _headline(diagnosis: Diagnosis) -> Text:
 
 def _numerics(diagnosis: Diagnosis) -> list[Text]:
     """Returns lines on the simulator's numerical artefacts."""
-    return [
-        Text(f"Numerics, not physics: {one['id']} {rounded(one['size'], 2)} {one['unit']}, cured by {one['cured_by']}")
-        for one in diagnosis.numerics
-    ]
+    return [Text(f"Numerics, not physics: {_artefact(one)}, cured by {one['cured_by']}") for one in diagnosis.numerics]
+
+
+def _artefact(one: Mapping[str, Any]) -> str:
+    meant = f" ({one['meant']})" if one.get("meant") else ""
+    unit = {"deg": "°"}.get(one["unit"], f" {one['unit']}")
+    return f"{one['id']}{meant} {rounded(one['size'], 2)}{unit}"
 
 
 def _simulated(diagnosis: Diagnosis) -> list[RenderableType]:

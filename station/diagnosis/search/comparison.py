@@ -90,8 +90,9 @@ def _round(
     pass the same test here.
     """
     compared, changed = dict[str, Comparison](), False
-    for effect in weakest_first(fitter, current):
-        comparison = _comparison(fitter, current, effect, offered, rng)
+    for effect, without in weakest_first(fitter, current):
+        left = _less(fitter, current, effect) if changed else without
+        comparison = _comparison(fitter, left, effect, offered, rng)
         best = comparison.candidates[0]
         mine = next((one for one in comparison.candidates if one.effects[0].id == effect.id), None)
         if comparison.needless or comparison.is_further or is_trifle(fitter.evidence, comparison.without, current):
@@ -108,18 +109,18 @@ def _round(
     return current, compared, changed
 
 
-def weakest_first(fitter: Fitter, current: Fit) -> list[Effect]:
-    """Returns the terms by what the model loses without each: beside one that is needless no other need be compared."""
-    acting = claimable(current.model)
-    if len(acting) == 1:
-        return acting
-    return sorted(acting, key=lambda effect: -_less(fitter, current, effect).log_likelihood)
+def weakest_first(fitter: Fitter, current: Fit) -> list[tuple[Effect, Fit]]:
+    """Returns each term with the fit that is left without it, the likeliest of these fits first.
+
+    Beside a term that is needless no other need be compared.
+    """
+    left = [(effect, _less(fitter, current, effect)) for effect in claimable(current.model)]
+    return sorted(left, key=lambda one: -one[1].log_likelihood)
 
 
 def _comparison(
-    fitter: Fitter, current: Fit, effect: Effect, offered: Sequence[Effect], rng: np.random.Generator
+    fitter: Fitter, without: Fit, effect: Effect, offered: Sequence[Effect], rng: np.random.Generator
 ) -> Comparison:
-    without = _less(fitter, current, effect)
     known = {term.effect.id for term in without.model.terms}
     rest = [one for one in offered if one.id not in known and not fitter.coinciding.repeats(one, known)]
     ranked, null = tested_alone(fitter.evidence, without, rest, rng)

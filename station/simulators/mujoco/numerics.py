@@ -20,6 +20,7 @@ from shared.rig import RigConfig
 from station.physics.contact import GRAVITY_M_S2, Array
 from station.physics.model import Model
 from station.signals.session import Signals
+from station.simulators.artefacts import said
 from station.simulators.mujoco.batch import SHARE_CREEPING, simulate
 from station.simulators.mujoco.contact import MUJOCO_DEFAULT
 from station.simulators.mujoco.tilted import Setup
@@ -82,7 +83,7 @@ def numerics(
 ) -> list[dict[str, Any]]:
     """Returns the effect of a simulation's settings on a few of the recorded tilts.
 
-    Each thing is a dict of id, size, unit, cured_by, before and after.
+    Each thing is a dict of id, meant, size, unit, cured_by, before and after.
 
     Args:
         recorded: the session.
@@ -246,4 +247,4 @@ def _sliding_deg(commands: Commands, mu_s: float, settings: Tried) -> Array:
 
 def _said(name: str, size: float, unit: str, cured_by: str, figures: Any) -> dict[str, Any]:
     before, after = figures
-    return {"id": name, "size": size, "unit": unit, "cured_by": cured_by, "before": before, "after": after}
+    return said(name, size, unit, cured_by=cured_by, before=before, after=after)

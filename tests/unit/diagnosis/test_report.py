@@ -29,6 +29,7 @@ from station.diagnosis.report.what import what
 from station.diagnosis.result import Located, Stretch, Value, rounded
 from station.pages.figure import kept_in
 from station.physics.catalogue import catalogue
+from station.simulators import artefacts
 from tests.unit.diagnosis.page import Page
 from tests.unit.diagnosis.tables import grained, samples
 
@@ -142,9 +143,9 @@ def test_every_verdict_has_its_sentence(verdict: str) -> None:
 
 def test_what_the_simulators_settings_do_stands_first() -> None:
     found = grained()
-    check = {"id": "solver_creep", "size": 8.0615, "unit": "deg", "cured_by": "<cone>", "before": 12.147, "after": None}
+    check = artefacts.said("solver_creep", 8.0615, "deg", cured_by="<cone>", before=12.147, after=None)
     text = html_page(replace(found.diagnosis, numerics=(check,)), found.pictures)
-    assert "solver_creep 8.06 deg 12.15 – <cone>" in Page(text).text
+    assert "solver_creep blocks start earlier 8.06 deg 12.15 – <cone>" in Page(text).text
     assert text.index("Numerics first") < text.index("Where they differ")
     assert "Numerics first" not in html_page(found.diagnosis, found.pictures)
 
@@ -325,9 +326,9 @@ def test_what_was_found_is_pale_in_the_second_map(make: Callable[[], Examined]) 
 
 def test_numbers_have_no_power_of_ten() -> None:
     found = grained()
-    check = {"id": "solver_creep", "size": 0.61, "unit": "mm", "cured_by": "cone", "before": 0.61, "after": 6.04e-14}
+    check = artefacts.said("solver_creep", 0.61, "mm", cured_by="cone", before=0.61, after=6.04e-14)
     text = Page(html_page(replace(found.diagnosis, numerics=(check,)), found.pictures)).text
-    assert "solver_creep 0.610 mm 0.610 0.000 cone" in text
+    assert "solver_creep blocks creep before they slide 0.610 mm 0.610 0.000 cone" in text
     assert [rounded(value, 2) for value in (321.0, -0.00123, 0.17, 0.0)] == ["320", "-0.0012", "0.17", "0"]
 
 

@@ -49,6 +49,7 @@ def test_mujocos_defaults_creep() -> None:
     assert crept["before"] > 1.0
     assert crept["after"] < 0.1
     assert "impratio" in early["cured_by"]
+    assert early["meant"] == "blocks start earlier"
 
 
 def test_their_cone_is_a_pyramid() -> None:
