@@ -28,7 +28,10 @@ def scores(diagnosis: Diagnosis, pictures: PictureData) -> Any:
     floor = diagnosis.fit.floor_onset_deg
     if math.isfinite(floor):
         onset.axvline(floor, color=FLOOR, ls="--", lw=1)
-        onset.text(floor, 1.0, " floor", color=FLOOR, transform=onset.get_xaxis_transform(), va="top", fontsize=8)
+        onset.annotate(
+            "floor", (floor, 1.0), xycoords=onset.get_xaxis_transform(), xytext=(4, 0), textcoords="offset points",
+            va="top", fontsize=8, color=FLOOR,
+        )  # fmt: skip
     _dots(path, _bars(before, after, "path_error_mm"), "path error, root mean square (mm)")
     coverage = _coverage(before, after)
     _dots(held, coverage, "onsets within their 90 % interval")
