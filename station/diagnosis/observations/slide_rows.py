@@ -12,7 +12,6 @@ from station.diagnosis.observations.channel import Channel, rows_of
 from station.diagnosis.observations.directions import ExpectedDirections, expected_directions
 from station.diagnosis.observations.driving import driving
 from station.diagnosis.observations.expected_path import expected_path
-from station.diagnosis.observations.finer import Finer
 from station.diagnosis.observations.moments import Moments
 from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.observations.plate import PlateMotion, Times
@@ -20,6 +19,7 @@ from station.diagnosis.observations.slides import LEAST_M_S, LEAST_SLOPE_RAD, Ac
 from station.diagnosis.observations.tracks import RunTrack
 from station.diagnosis.observations.turning import expected_rates
 from station.diagnosis.observations.views import block_view
+from station.diagnosis.observations.window_frames import WindowFrames
 from station.diagnosis.observations.windows import FINE_NODES, FRAMES, NODES, WEIGHTS, Windows
 from station.physics.contact import GRAVITY_M_S2, Array, Contact, View
 from station.physics.covariates import covariates_of
@@ -61,7 +61,7 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
         slip_ns=np.repeat(np.array([track.slip_ns for track in tracks], dtype=np.int64), nodes),
         border_m=recorded.setting.free_m(pose),
         rest_s=np.repeat(recorded.dwell_by_tilt.typical()[runs], nodes),
-        evened=_finer(recorded).evened,
+        evened=_at_frames(recorded).evened,
     )
     contact = moments.reported
     motion = Motion(
@@ -170,7 +170,7 @@ def _uneven(windows: Windows, plate: PlateMotion) -> Array:
     return mean(FINE_NODES, windows["weight"]) - mean(NODES, WEIGHTS)
 
 
-def _finer(recorded: Recorded) -> Finer:
+def _at_frames(recorded: Recorded) -> WindowFrames:
     """Returns the windows at their frames, for the plate's motion alone: the blocks stay at the plate's middle."""
     windows, plate, facts = recorded.free_windows, recorded.plate, recorded.facts
 
@@ -180,7 +180,7 @@ def _finer(recorded: Recorded) -> Finer:
             time_ns=time_ns, run=run, facts=facts, attitude=lambda delay_s: plate.at(time_ns, delay_s=delay_s)
         )
 
-    return Finer(make, windows["curvature"])
+    return WindowFrames(make, windows["curvature"])
 
 
 def _moments_ns(windows: Windows, nodes: Array) -> Times:

@@ -20,7 +20,7 @@ from station.physics.model import Model
 
 
 @dataclass(frozen=True, eq=False)
-class Finer:
+class WindowFrames:
     """The weights of the frames (n, k), 1/s², that give the curvature in n windows, and what makes their moments (n k).
 
     Few models move the plate themselves: the moments are made for the first that does.

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from station.diagnosis.observations.finer import Finer
 from station.diagnosis.observations.moments import Moments, RunFacts
 from station.diagnosis.observations.plate import Attitude, Times
+from station.diagnosis.observations.window_frames import WindowFrames
 from station.diagnosis.observations.windows import FINE_NODES, FRAMES, NODES, WEIGHTS, weight_of
 from station.physics.catalogue import catalogue
 from station.physics.contact import Array
@@ -58,8 +58,8 @@ def curvature_of(times: Array) -> Array:
 def mean_in_a_window(late: float, model: Model = WITH_PLAY) -> float:
     """The mean acceleration about y, rad/s², of a window in which play is gone `late` of its half after the middle."""
     middle = TAKEN_UP_S - late * HALF_S
-    finer = Finer(lambda: moments_at(middle + HALF_S * FRAMES_AT), curvature_of(FRAMES_AT)[None])
-    nodes = moments_at(middle + HALF_S * NODES, evened=finer.evened)
+    frames = WindowFrames(lambda: moments_at(middle + HALF_S * FRAMES_AT), curvature_of(FRAMES_AT)[None])
+    nodes = moments_at(middle + HALF_S * NODES, evened=frames.evened)
     return float(WEIGHTS @ nodes.loads(model).contact.acceleration_rad_s2[:, 1])
 
 
