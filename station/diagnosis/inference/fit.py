@@ -76,7 +76,7 @@ class Fit:
         return numbers, self.covariance[np.ix_(indices, indices)] * np.outer(scale, scale)
 
     def _index(self, effect_id: str, parameter: str) -> int | None:
-        names = [(one.effect.id, one.parameter.name) if one.effect and one.parameter else None for one in self.free]
+        names = [one.name for one in self.free]
         return names.index((effect_id, parameter)) if (effect_id, parameter) in names else None
 
 
@@ -105,6 +105,21 @@ def fit(
         if not climb.renew_noise():
             break
     return _ended(climb, climb.climb(MOST_STEPS, CONVERGED))
+
+
+def stepped(
+    evidence: Evidence, start: Model, effects: Sequence[Effect], *, noise: Noise, held: Collection[str]
+) -> Model:
+    """Returns the model one Newton step above `start`, in which the effects `held` (ids) keep their shapes.
+
+    Other arguments are as in `fit`.
+    """
+    named = [effect for effect in effects if not is_nuisance(effect)]
+    kept = {(effect.id, one.name) for effect in named if effect.id in held for one in effect.parameters if one.is_shape}
+    free = [one for one in free_numbers(evidence, start, named) if one.name not in kept]
+    climb = Climb(evidence, start, tuple(free), noise=noise)
+    climb.climb(1, CONVERGED)
+    return climb.point.model
 
 
 def _ended(climb: Climb, converged: bool) -> Fit:

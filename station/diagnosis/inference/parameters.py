@@ -25,6 +25,11 @@ class Free:
     parameter: Parameter | None
 
     @property
+    def name(self) -> tuple[str, str] | None:
+        """The ids of the effect and of its parameter; None for ln mu_s."""
+        return (self.effect.id, self.parameter.name) if self.effect and self.parameter else None
+
+    @property
     def low(self) -> float:
         """Lower bound, scaled."""
         return -math.inf if self.parameter is None else self.parameter.low / self.scale
