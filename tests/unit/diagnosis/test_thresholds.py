@@ -45,7 +45,7 @@ SETTINGS: dict[str, str] = {
     "what a result shows, and how; no claim depends on it": """
         inference.best_known:INFLATED search.locate:MOST_PLACES search.locate:MOST_WINDOWS search.locate:MOST_RUNS
         search.locate:STANDS_OUT search.locate:BINS search.locate:NINE_TENTHS search.locate:READ_RESIDUALS_IN
-        search.unnamed:UNIT likelihood.mapping:TOLD_RAD
+        search.unnamed:UNIT likelihood.mapping:TOLD_RAD answer:_ROWS
         search.kinds:NAMED""",
     "how many rows are worked on at a time: the memory that this takes": "likelihood.whitening:PART_ROWS",
     "guards of a division near zero": """
