@@ -37,7 +37,7 @@ MEANT = {
     ("solver_creep", "mm"): "blocks creep before they slide",
     ("cone_artifact", "deg"): "friction angles differ by direction",
 }
-"""What the size of each is, by its unit."""
+"""Words that say what the size of each is, by its unit."""
 
 
 def artefacts(simulated: Signals, *, mu_s: float) -> list[dict[str, Any]]:
