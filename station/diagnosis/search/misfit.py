@@ -18,7 +18,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 class Ranked(Protocol):
-    """What is compared for one place; it is `unexpected` where it has no law."""
+    """A candidate for one place; it is `unexpected` where it has no law."""
 
     @property
     def twice_gain(self) -> float: ...  # noqa: D102
