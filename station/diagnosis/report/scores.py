@@ -60,7 +60,8 @@ def wilson(hits: int, count: int) -> tuple[float, float, float]:
     share, z2 = hits / count, _Z90**2
     middle = (share + z2 / (2 * count)) / (1 + z2 / count)
     half = _Z90 * math.sqrt(share * (1 - share) / count + z2 / (4 * count**2)) / (1 + z2 / count)
-    return share, max(middle - half, 0.0), min(middle + half, 1.0)
+    # By rounding alone the ends of 0 and of 1 may be on the wrong side of them.
+    return share, min(max(middle - half, 0.0), share), max(min(middle + half, 1.0), share)
 
 
 def _bars(before: HeldOut | None, after: HeldOut | None, name: str) -> list[Bar]:

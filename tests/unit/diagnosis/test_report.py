@@ -222,6 +222,14 @@ def test_shares_keep_within_nought_and_one() -> None:
     assert math.isnan(scores.wilson(0, 0)[0])
 
 
+def test_an_interval_holds_its_share_where_all_or_none_hit() -> None:
+    """Its upper end was 1e-16 below 1, and a figure of an error below 0 ends in a traceback."""
+    for count in range(1, 400):
+        for hits in (0, count):
+            share, low, high = scores.wilson(hits, count)
+            assert low <= share <= high
+
+
 def test_ranks_are_uniform_and_coverage_right_where_the_model_is() -> None:
     pictures = examined(samples(runs=300, seed=8), catalogue()).pictures
     held = pictures.held_before
