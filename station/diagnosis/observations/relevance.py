@@ -16,7 +16,9 @@ from station.physics.contact import Array
 ROUNDS = 200
 """The steps until the variances stand still (`pytest tests/unit/diagnosis/test_relevance.py -k likeliest`)."""
 IRRELEVANT = 1e8
-"""A precision beyond this multiple of what the data say of a coefficient holds it at zero."""
+"""A precision beyond this multiple of what the data say of a coefficient holds it at zero, and one below this part of
+that leaves it free. A smaller one is lost in rounding where columns are the same, as of a block that never turns, and
+the coefficients run away (`pytest tests/unit/diagnosis/test_relevance.py -k same`)."""
 
 
 def relevant(design: Array, values: Array, weight: Array, group: NDArray[np.int64]) -> Array:
@@ -32,13 +34,14 @@ def relevant(design: Array, values: Array, weight: Array, group: NDArray[np.int6
     """
     known = (design * weight[:, None]).T @ design
     moment = design.T @ (weight * values)
-    most = IRRELEVANT * max(float(np.diag(known).max(initial=0.0)), 1e-300)
-    precision = np.full(int(group.max()) + 1, most / IRRELEVANT**2)
     sizes = np.bincount(group)
+    most = IRRELEVANT * max(float(np.diag(known).max(initial=0.0)), 1e-300)
+    least = np.maximum(np.bincount(group, np.diag(known)) / sizes / IRRELEVANT, 1e-300)
+    precision = np.full(len(sizes), most / IRRELEVANT**2)
     found = np.zeros(len(moment))
     for _ in range(ROUNDS):
         spread = np.linalg.inv(known + np.diag(precision[group]))
         found = spread @ moment
         left = precision * np.bincount(group, np.diag(spread))
-        precision = np.clip((sizes - left) / np.maximum(np.bincount(group, found**2), 1e-300), 1e-300, most)
+        precision = np.clip((sizes - left) / np.maximum(np.bincount(group, found**2), 1e-300), least, most)
     return found

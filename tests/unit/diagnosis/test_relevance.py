@@ -68,3 +68,16 @@ def test_the_variances_are_the_likeliest() -> None:
         design.T @ (weight[:, None] * design) + np.diag(1.0 / best[group]), design.T @ (weight * values)
     )
     assert relevant(design, values, weight, group) == pytest.approx(known, rel=1e-3, abs=1e-6)
+
+
+def test_the_same_columns_do_not_run_away() -> None:
+    """Blocks that never turn slide along the same four lines in plate and block; the errors are told as too small."""
+    rng = np.random.default_rng(3)
+    line = 0.5 * math.pi * rng.integers(0, 4, SLIDES)
+    off = np.where(rng.random(SLIDES) < 0.1, 0.2, 0.0) * rng.normal(size=SLIDES) + rng.normal(0.0, 0.003, SLIDES)
+    angles = (line, line, line + off)
+    waves = [function(k * angle) for angle in angles for k in (1, 2, 3, 4, 6) for function in (np.cos, np.sin)]
+    design, truth = np.column_stack([np.ones(SLIDES), *waves]), -0.37 * np.sin(line)
+    values = truth + rng.normal(0.0, 0.02, SLIDES)
+    found = relevant(design, values, np.full(SLIDES, 1e5), np.r_[0, 1 + np.arange(30) // 2])
+    assert design @ found == pytest.approx(truth, abs=0.06)
