@@ -131,7 +131,7 @@ def _compared(number: int, stage: Stage) -> Iterator[Candidates]:
             bic=float(candidate.bic),
             twice_log_odds=float(candidate.twice_log_odds),
             fitted=candidate.fitted is not None,
-            share=share.get(candidate.key, 0.0) if candidate.fitted is not None else 0.0,
+            share=share.get(candidate.key, 0.0),
         )
 
 

@@ -112,12 +112,11 @@ def stepped(
 ) -> Model:
     """Returns the model one Newton step above `start`, in which the effects `held` (ids) keep their shapes.
 
-    Other arguments are as in `fit`.
+    Other arguments are as in `fit`, but none of the effects is a nuisance.
     """
-    named = [effect for effect in effects if not is_nuisance(effect)]
-    kept = {(effect.id, one.name) for effect in named if effect.id in held for one in effect.parameters if one.is_shape}
-    free = [one for one in free_numbers(evidence, start, named) if one.name not in kept]
-    climb = Climb(evidence, start, tuple(free), noise=noise)
+    every = free_numbers(evidence, start, effects)
+    free = tuple(one for one in every if not (one.is_shape and one.effect and one.effect.id in held))
+    climb = Climb(evidence, start, free, noise=noise)
     climb.climb(1, CONVERGED)
     return climb.point.model
 

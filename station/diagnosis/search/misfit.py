@@ -8,13 +8,12 @@ about G / KNOWN_TO to others.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any, Protocol, cast
+from typing import Protocol, cast
 
 import numpy as np
 
 from station.diagnosis import thresholds
-
-Array = np.ndarray[Any, np.dtype[np.float64]]
+from station.physics.contact import Array
 
 
 class Ranked(Protocol):
