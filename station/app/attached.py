@@ -12,6 +12,8 @@ from dataclasses import replace
 
 from shared.config import Table, table_of
 from shared.errors import UserError
+from shared.geometry import mark_scale
+from shared.messages import CameraGeometry
 from shared.rig import RigConfig, rig_of_table
 from shared.visible import visible
 from station.recording.reader import RecordingReader
@@ -71,8 +73,8 @@ def _sag_at_onset(rig: RigConfig) -> str:
     if not isinstance(upright_px, int | float) or not 0.0 < abs(upright_px) < _NO_SAG_PX:
         return ""
     shift_px = upright_px * math.sin(math.radians(TOLD_AT_DEG))
-    nearer = 1.0 - 1e3 * rig.block.size_m[2] / camera.height_mm
-    at_mark = f"{nearer * shift_px / camera.px_per_mm:.2f} mm at the height of the block's mark"
+    view = CameraGeometry(mark_height_m=rig.block.size_m[2], camera_height_m=1e-3 * camera.height_mm)
+    at_mark = f"{mark_scale(view) * shift_px / camera.px_per_mm:.2f} mm at the height of the block's mark"
     return f" (at {TOLD_AT_DEG:g}° the picture moves by {shift_px:.1f} px, {at_mark})"
 
 
