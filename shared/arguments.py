@@ -86,8 +86,8 @@ def ending(*, one: str, example: str, stopped: str = "") -> str:
     `one` says what 1 means (empty: there is none), `stopped` what Ctrl-C gives where that is not 130.
     """
     by_one, but = (f" 1: {one};" if one else ""), (f", but {stopped}" if stopped else "")
-    statuses = f"Exit status: 0: done;{by_one} 2: a mistake in what was asked; 130: stopped by Ctrl-C{but}."
-    return f"{statuses}\n\nExample:\n  {example}"
+    mistakes = "2: a mistake in what was asked; 70: a fault of the program"
+    return f"Exit status: 0: done;{by_one} {mistakes}; 130: stopped by Ctrl-C{but}.\n\nExample:\n  {example}"
 
 
 def nearest(word: str, known: Iterable[str], *, most: int = 1) -> str:

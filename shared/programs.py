@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import sys
+import traceback
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,6 +13,10 @@ from shared.errors import UserError
 from shared.installed import missing_as_user_error
 from shared.system.desktop import from_here
 from shared.visible import sentence
+
+OWN_FAULT = 70
+"""The exit status after a fault of the program itself, EX_SOFTWARE of sysexits.h: no command ends with it by itself, so
+a script can tell a traceback from findings, which are 1."""
 
 
 def how_to_call(name: str) -> str:
@@ -22,7 +27,8 @@ def how_to_call(name: str) -> str:
 def exit_status(name: str, action: Callable[[], int | None]) -> int:
     """Runs a program's action; gives its exit status: its own (None: 0), 2 after a user's mistake, said in words.
 
-    A package that an extra would bring is such a mistake; any other that is missing is a fault of this program.
+    A fault of the program itself is told with its traceback, and is OWN_FAULT. A package that an extra would bring is a
+    mistake; any other that is missing is such a fault.
 
     Whoever read the output (head, less) may have had enough of it (0), and Ctrl-C ends it without a traceback (130).
     """
@@ -39,3 +45,7 @@ def exit_status(name: str, action: Callable[[], int | None]) -> int:
     except KeyboardInterrupt:
         print("Stopped.", file=sys.stderr)
         return 130
+    except Exception:
+        traceback.print_exc()
+        print(f"{name}: this is a fault of the program, not yours; what stands above tells where.", file=sys.stderr)
+        return OWN_FAULT

@@ -25,9 +25,9 @@ The laptop's side of Repose: a robot arm tilts a plate until a block slides, a c
 station measures friction from it. Without hardware, `station rig` runs the whole rig simulated, and `station demo`
 shows how a concealed effect is found."""
 _STATUS = """\
-Exit status: 0: done; 1: done, with findings or a fault that is said; 2: a mistake in what was asked; 130: stopped by
-Ctrl-C, where the command has nothing to bring to its end. `station COMMAND --help` explains a command, says what Ctrl-C
-gives there, and ends with an example."""
+Exit status: 0: done; 1: done, with findings or a fault that is said; 2: a mistake in what was asked; 70: a fault of the
+program, with a traceback; 130: stopped by Ctrl-C, where the command has nothing to bring to its end. `station COMMAND
+--help` explains a command, says what Ctrl-C gives there, and ends with an example."""
 
 
 def main(arguments: list[str] | None = None) -> int:

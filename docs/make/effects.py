@@ -34,7 +34,10 @@ def _effect(effect: Effect, others: frozenset[str]) -> str:
         f"{effect.title[0].upper()}{effect.title[1:]}; family: {effect.family}.",
         module,
         f"Law: `{effect.law}`",
-        rows(("parameter", "unit", "null", "from", "to", "typical"), [_parameter(one) for one in effect.parameters]),
+        rows(
+            ("parameter", "in the law", "unit", "null", "from", "to", "typical"),
+            [_parameter(one) for one in effect.parameters],
+        ),
         f"Source: {effect.source}",
     ]
     if others:
@@ -45,4 +48,13 @@ def _effect(effect: Effect, others: frozenset[str]) -> str:
 
 def _parameter(one: Parameter) -> tuple[str, ...]:
     null = "shape" if one.null is None else f"{one.null:g}"
-    return f"`{one.name}`", one.unit, null, f"{one.low:g}", f"{one.high:g}", "" if one.is_shape else f"{one.typical:g}"
+    symbol = f"`{one.symbol}`" if one.symbol else ""
+    return (
+        f"`{one.name}`",
+        symbol,
+        one.unit,
+        null,
+        f"{one.low:g}",
+        f"{one.high:g}",
+        "" if one.is_shape else f"{one.typical:g}",
+    )

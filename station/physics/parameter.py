@@ -15,6 +15,7 @@ class Parameter:
     and starts. A law that has no slope at its null, as it sets in beyond a size, or one whose slope there holds only
     nearby, is also looked at with each of `sizes`. `sd` is the standard deviation of the number's prior about a
     neutral value of 0, where nature says it: the number then costs what the data say beyond it. With 0 it has none.
+    `symbol` stands for the number in the effect's law, where that is not its name.
     """
 
     name: str
@@ -26,6 +27,7 @@ class Parameter:
     starts: tuple[float, ...] = ()
     sizes: tuple[float, ...] = ()
     sd: float = 0.0
+    symbol: str = ""
 
     def __post_init__(self) -> None:
         """Refuses, by a ValueError, a parameter that cannot be fitted."""

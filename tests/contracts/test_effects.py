@@ -55,6 +55,11 @@ FIXED_IDS = frozenset(
 )
 
 
+FIELDS_LETTERS = frozenset("Nvmgtsupcxra")
+"""Letters of a law that no parameter stands for: those of the field (a load, a speed, a time), a function's argument, a
+point and its centre, a product and its arm, and the article."""
+
+
 def acting(hook: str) -> list[Effect]:
     """The effects that act through a method."""
     return [effect for effect in KNOWN.values() if hook in effect.acts_through()]
@@ -92,6 +97,15 @@ def test_every_fixed_id_is_there() -> None:
 
 
 # --- what it says of itself -----------------------------------------------------------------------------------------
+
+
+@EVERY
+def test_each_letter_of_its_law_is_a_parameters(effect: Effect) -> None:
+    words = set(re.findall(r"\w+", effect.law))
+    letters = {word for word in words if re.fullmatch(r"[A-Za-z]\d?", word)}
+    symbols = {symbol for one in effect.parameters if one.symbol for symbol in one.symbol.split()} - {"log10"}
+    assert symbols <= words, "a symbol that the law does not have"
+    assert letters <= symbols | {one.name for one in effect.parameters} | FIELDS_LETTERS
 
 
 @EVERY

@@ -64,6 +64,7 @@ def _listed(effects: list[Effect]) -> str:
     ordered = sorted(effects, key=lambda one: (one.layer, one.id))
     width = max(len(effect.id) for effect in ordered)
     lines = ["effect: what it is (what it acts in), with its law, and its parameters with their typical sizes"]
+    lines += ["In the laws N is the normal load, v the speed, m the mass, g gravity, t and s times in seconds."]
     for effect in ordered:
         lines += ["", f"{effect.id:<{width}}  {effect.title} ({effect.layer})"]
         lines += _indented(f"law: {' '.join(effect.law.split())}")
@@ -77,14 +78,20 @@ def _indented(text: str) -> list[str]:
 
 def _sized(parameter: Parameter) -> str:
     unit = "" if parameter.unit == "1" else f" {parameter.unit}"
-    return f"{parameter.name} (shape)" if parameter.is_shape else f"{parameter.name} {parameter.typical:g}{unit}"
+    name = _with_symbol(parameter)
+    return f"{name} (shape)" if parameter.is_shape else f"{name} {parameter.typical:g}{unit}"
+
+
+def _with_symbol(parameter: Parameter) -> str:
+    """Returns a parameter's symbol in its law before its name, where it has one: `d = drop`."""
+    return f"{parameter.symbol} = {parameter.name}" if parameter.symbol else parameter.name
 
 
 def _explained(effect: Effect) -> str:
     lines = [f"{effect.id}: {effect.title}", f"  law: {effect.law}", f"  source: {effect.source}"]
     # Parameters in a row that differ in their names alone, such as the waves of a map, are one line.
     for bounds, alike in groupby(effect.parameters, key=_bounds):
-        lines += _indented(f"{', '.join(one.name for one in alike)}{bounds}")
+        lines += _indented(f"{', '.join(map(_with_symbol, alike))}{bounds}")
     if effect.confounded_with:
         lines.append(f"  confounded with: {', '.join(effect.confounded_with)}")
     return "\n".join([*lines, f"  separated by: {effect.separated_by}"])
@@ -98,7 +105,7 @@ def _bounds(one: Parameter) -> str:
 def _described(effect: Effect) -> dict[str, Any]:
     fields = ("id", "title", "law", "source", "layer", "family", "separated_by")
     parameters = [
-        {name: getattr(one, name) for name in ("name", "unit", "low", "high", "typical", "null")}
+        {name: getattr(one, name) for name in ("name", "symbol", "unit", "low", "high", "typical", "null")}
         for one in effect.parameters
     ]
     confounded = list(effect.confounded_with)

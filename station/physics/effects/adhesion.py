@@ -28,7 +28,7 @@ class Adhesion(Effect):
     layer: ClassVar[Layer] = "contact"
     family: ClassVar[Family] = "load"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="force_n", unit="N", low=0.0, high=2.0, typical=0.02),
+        Parameter(name="force_n", symbol="F", unit="N", low=0.0, high=2.0, typical=0.02),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("load_dependence", "angle_scale")
     separated_by: ClassVar[str] = "masses over a range of ten to one in random order, and several tilts while sliding"

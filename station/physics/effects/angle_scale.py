@@ -25,8 +25,8 @@ class AngleScale(Effect):
     layer: ClassVar[Layer] = "rig"
     family: ClassVar[Family] = "level"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="gain", unit="1", low=-0.1, high=0.1, typical=0.01),
-        Parameter(name="offset_rad", unit="rad", low=-0.2, high=0.2, typical=0.005),
+        Parameter(name="gain", symbol="g", unit="1", low=-0.1, high=0.1, typical=0.01),
+        Parameter(name="offset_rad", symbol="b", unit="rad", low=-0.2, high=0.2, typical=0.005),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("backlash", "adhesion")
     separated_by: ClassVar[str] = (

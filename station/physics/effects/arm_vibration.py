@@ -79,9 +79,13 @@ class ArmVibration(Effect):
     family: ClassVar[Family] = "timing"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         # The creep has no slope at the null: it sets in where the shaking comes near to the limit.
-        Parameter(name="sd_m_s2", unit="m/s²", low=0.0, high=2.0, typical=0.1, sizes=(0.1, 0.05)),
-        Parameter(name="cos1", unit="1", low=-0.7, high=0.7, typical=0.3, null=None, starts=(0.0, 0.6, -0.6)),
-        Parameter(name="sin1", unit="1", low=-0.7, high=0.7, typical=0.3, null=None, starts=(0.0, 0.6, -0.6)),
+        Parameter(name="sd_m_s2", symbol="s", unit="m/s²", low=0.0, high=2.0, typical=0.1, sizes=(0.1, 0.05)),
+        Parameter(
+            name="cos1", symbol="c", unit="1", low=-0.7, high=0.7, typical=0.3, null=None, starts=(0.0, 0.6, -0.6)
+        ),
+        Parameter(
+            name="sin1", symbol="d", unit="1", low=-0.7, high=0.7, typical=0.3, null=None, starts=(0.0, 0.6, -0.6)
+        ),
         Parameter(name="tone_hz", unit="Hz", low=1.0, high=100.0, typical=10.0, null=None, starts=(10.0,)),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("pivot_offset", "one_way_friction", "plate_anisotropy", "presliding")

@@ -37,7 +37,7 @@ class Backlash(Effect):
     layer: ClassVar[Layer] = "rig"
     family: ClassVar[Family] = "level"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="half_width_rad", unit="rad", low=0.0, high=0.02, typical=0.003),
+        Parameter(name="half_width_rad", symbol="w", unit="rad", low=0.0, high=0.02, typical=0.003),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("angle_scale", "clock_offset")
     separated_by: ClassVar[str] = "angles approached from above as well as from below"

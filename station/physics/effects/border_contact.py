@@ -52,8 +52,8 @@ class BorderContact(Effect):
     layer: ClassVar[Layer] = "contact"
     family: ClassVar[Family] = "place"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="stiffness_n_m", unit="N/m", low=0.0, high=1000.0, typical=20.0),
-        Parameter(name="damping_n_s_m", unit="N s/m", low=0.0, high=5.0, typical=0.1, sizes=(0.3,)),
+        Parameter(name="stiffness_n_m", symbol="k", unit="N/m", low=0.0, high=1000.0, typical=20.0),
+        Parameter(name="damping_n_s_m", symbol="c", unit="N s/m", low=0.0, high=5.0, typical=0.1, sizes=(0.3,)),
         Parameter(name="lip_m", unit="m", low=0.0, high=0.012, typical=3e-3, null=None, starts=LIPS_M),
         Parameter(name="turning", unit="1", low=0.0, high=1.0, typical=0.5, null=None, starts=(1.0,)),
     )

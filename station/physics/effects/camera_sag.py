@@ -31,9 +31,9 @@ class CameraSag(Effect):
     layer: ClassVar[Layer] = "camera"
     family: ClassVar[Family] = "image"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="shift_m", unit="m", low=-0.02, high=0.02, typical=1e-3),
-        Parameter(name="fixed_x_m", unit="m", low=-0.02, high=0.02, typical=1e-3),
-        Parameter(name="fixed_y_m", unit="m", low=-0.02, high=0.02, typical=1e-3),
+        Parameter(name="shift_m", symbol="k", unit="m", low=-0.02, high=0.02, typical=1e-3),
+        Parameter(name="fixed_x_m", symbol="fx", unit="m", low=-0.02, high=0.02, typical=1e-3),
+        Parameter(name="fixed_y_m", symbol="fy", unit="m", low=-0.02, high=0.02, typical=1e-3),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("presliding",)
     separated_by: ClassVar[str] = "fiducials that are fixed to the plate: they sag, and do not creep"

@@ -33,7 +33,15 @@ class ClockOffset(Effect):
     layer: ClassVar[Layer] = "rig"
     family: ClassVar[Family] = "timing"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="delay_s", unit="s", low=-FARTHEST_S, high=FARTHEST_S, typical=0.02, sizes=(-LATE_S, LATE_S)),
+        Parameter(
+            name="delay_s",
+            symbol="tau",
+            unit="s",
+            low=-FARTHEST_S,
+            high=FARTHEST_S,
+            typical=0.02,
+            sizes=(-LATE_S, LATE_S),
+        ),
         Parameter(name="of_arm", unit="1", low=0.0, high=1.0, typical=1.0, null=None, starts=(0.0, 1.0)),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("backlash", "contact_aging", "kinetic_drop", "rate_strengthening")

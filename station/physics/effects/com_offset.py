@@ -40,8 +40,8 @@ class ComOffset(Effect):
     layer: ClassVar[Layer] = "contact"
     family: ClassVar[Family] = "image"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="x_m", unit="m", low=-FARTHEST_M, high=FARTHEST_M, typical=1e-3),
-        Parameter(name="y_m", unit="m", low=-FARTHEST_M, high=FARTHEST_M, typical=1e-3),
+        Parameter(name="x_m", symbol="bx", unit="m", low=-FARTHEST_M, high=FARTHEST_M, typical=1e-3),
+        Parameter(name="y_m", symbol="by", unit="m", low=-FARTHEST_M, high=FARTHEST_M, typical=1e-3),
         Parameter(name="slenderness", unit="1", low=0.1, high=TALLEST, typical=0.5, null=None, starts=(CUBE,)),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("tipping",)

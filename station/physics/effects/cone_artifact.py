@@ -35,7 +35,9 @@ class ConeArtifact(Effect):
     source: ClassVar[str] = "Stewart & Trinkle 1996, Int. J. Numer. Methods Eng. 39, 2673 (polyhedral cones)"
     layer: ClassVar[Layer] = "numerics"
     family: ClassVar[Family] = "numerics"
-    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter(name="share", unit="1", low=0.0, high=1.0, typical=0.3),)
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(name="share", symbol="a", unit="1", low=0.0, high=1.0, typical=0.3),
+    )
     confounded_with: ClassVar[tuple[str, ...]] = ("plate_anisotropy",)
     separated_by: ClassVar[str] = "the simulation again with an elliptic cone, and tilts at 22.5° and 45°"
 

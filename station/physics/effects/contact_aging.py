@@ -38,9 +38,16 @@ class ContactAging(Effect):
     layer: ClassVar[Layer] = "contact"
     family: ClassVar[Family] = "history"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="per_decade", unit="1", low=0.0, high=0.3, typical=0.03),
+        Parameter(name="per_decade", symbol="b", unit="1", low=0.0, high=0.3, typical=0.03),
         Parameter(
-            name="sliding_age_log10_s", unit="log10 s", low=-1.2, high=0.3, typical=0.3, null=None, starts=(-1.0, 0.0)
+            name="sliding_age_log10_s",
+            symbol="log10 t1",
+            unit="log10 s",
+            low=-1.2,
+            high=0.3,
+            typical=0.3,
+            null=None,
+            starts=(-1.0, 0.0),
         ),
         Parameter(name="curve", unit="1", low=0.0, high=1.0, typical=0.5, null=None, starts=(1.0,)),
     )

@@ -24,7 +24,9 @@ class KineticDrop(Effect):
     source: ClassVar[str] = "Coulomb 1785, Théorie des machines simples; Aira et al. 2014 (pine: mu_s/mu_k 1.4–1.5)"
     layer: ClassVar[Layer] = "contact"
     family: ClassVar[Family] = "speed law"
-    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter(name="drop", unit="1", low=0.0, high=0.6, typical=0.1),)
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(name="drop", symbol="d", unit="1", low=0.0, high=0.6, typical=0.1),
+    )
     confounded_with: ClassVar[tuple[str, ...]] = ("stribeck", "contact_aging", "clock_offset", "pivot_offset")
     separated_by: ClassVar[str] = "the shape of the first 100 ms of the slide together with the whole slide"
     demonstrated: ClassVar[Values] = {"drop": 0.3}

@@ -43,8 +43,17 @@ class LoadDependence(Effect):
     layer: ClassVar[Layer] = "contact"
     family: ClassVar[Family] = "load"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="exponent", unit="1", low=0.0, high=0.6, typical=0.1),
-        Parameter(name="from_log10_n", unit="log10 N", low=-4.0, high=1.0, typical=0.5, null=None, starts=(-4.0, -1.0)),
+        Parameter(name="exponent", symbol="n", unit="1", low=0.0, high=0.6, typical=0.1),
+        Parameter(
+            name="from_log10_n",
+            symbol="log10 N0",
+            unit="log10 N",
+            low=-4.0,
+            high=1.0,
+            typical=0.5,
+            null=None,
+            starts=(-4.0, -1.0),
+        ),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("adhesion",)
     separated_by: ClassVar[str] = "loads in random order over a range of ten to one: a power law against an added force"

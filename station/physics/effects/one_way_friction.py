@@ -41,8 +41,8 @@ class OneWayFriction(Effect):
     layer: ClassVar[Layer] = "contact"
     family: ClassVar[Family] = "direction law"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="cos1", unit="1", low=-0.5, high=0.5, typical=0.1),
-        Parameter(name="sin1", unit="1", low=-0.5, high=0.5, typical=0.1),
+        Parameter(name="cos1", symbol="c", unit="1", low=-0.5, high=0.5, typical=0.1),
+        Parameter(name="sin1", symbol="s", unit="1", low=-0.5, high=0.5, typical=0.1),
         Parameter(name="pinch", unit="1", low=0.0, high=1.0, typical=0.5, null=None, starts=(0.0,)),
         Parameter(name="with_block", unit="1", low=0.0, high=1.0, typical=1.0, null=None, starts=(0.0, 1.0)),
         Parameter(name="sideways", unit="1", low=0.0, high=1.0, typical=1.0, null=None, starts=(1.0, 0.0)),

@@ -26,7 +26,7 @@ class PivotOffset(Effect):
     layer: ClassVar[Layer] = "rig"
     family: ClassVar[Family] = "timing"
     parameters: ClassVar[tuple[Parameter, ...]] = tuple(
-        Parameter(name=name, unit="m", low=-0.5, high=0.5, typical=0.1) for name in ("x_m", "y_m", "z_m")
+        Parameter(name=f"{axis}_m", symbol=axis, unit="m", low=-0.5, high=0.5, typical=0.1) for axis in "xyz"
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("arm_vibration", "kinetic_drop", "clock_offset")
     separated_by: ClassVar[str] = "slower and smoother tilt steps beside the usual ones, or an IMU on the plate"

@@ -28,8 +28,8 @@ class PlatformLevel(Effect):
     layer: ClassVar[Layer] = "rig"
     family: ClassVar[Family] = "level"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="eps_x_rad", unit="rad", low=-0.1, high=0.1, typical=0.01),
-        Parameter(name="eps_y_rad", unit="rad", low=-0.1, high=0.1, typical=0.01),
+        Parameter(name="eps_x_rad", symbol="eps_x", unit="rad", low=-0.1, high=0.1, typical=0.01),
+        Parameter(name="eps_y_rad", symbol="eps_y", unit="rad", low=-0.1, high=0.1, typical=0.01),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("one_way_friction", "friction_patch")
     separated_by: ClassVar[str] = "the plate turned by 180° in its mount, or an inclinometer on the plate as it tilts"

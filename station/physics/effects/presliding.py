@@ -50,10 +50,10 @@ class Presliding(Effect):
     family: ClassVar[Family] = "image"
     strains: ClassVar[bool] = False
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="elastic_m", unit="m", low=0.0, high=5e-3, typical=1e-4),
-        Parameter(name="creep_m_per_decade", unit="m", low=0.0, high=2e-2, typical=5e-5),
-        Parameter(name="exponent", unit="1", low=1.0, high=4.0, typical=0.5, null=None, starts=(1.0,)),
-        Parameter(name="elastic_share", unit="1", low=0.0, high=1.0, typical=0.3, null=None, starts=(0.6,)),
+        Parameter(name="elastic_m", symbol="e", unit="m", low=0.0, high=5e-3, typical=1e-4),
+        Parameter(name="creep_m_per_decade", symbol="k", unit="m", low=0.0, high=2e-2, typical=5e-5),
+        Parameter(name="exponent", symbol="n", unit="1", low=1.0, high=4.0, typical=0.5, null=None, starts=(1.0,)),
+        Parameter(name="elastic_share", symbol="b", unit="1", low=0.0, high=1.0, typical=0.3, null=None, starts=(0.6,)),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("camera_sag", "solver_creep")
     separated_by: ClassVar[str] = "fiducials fixed to the plate, and runs that go back to level before the onset"

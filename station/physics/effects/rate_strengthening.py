@@ -47,7 +47,10 @@ class RateStrengthening(Effect):
 
     id: ClassVar[str] = "rate_strengthening"
     title: ClassVar[str] = "friction by the logarithm of speed"
-    law: ClassVar[str] = "mu = mu_s (1 + a n(v / v0)) while sliding, n = ln(1 + u) or asinh(u / 2); and creep (a = 0)"
+    law: ClassVar[str] = (
+        "mu = mu_s (1 + a ln(1 + u)), or asinh(u / 2) for ln(1 + u), while sliding, u = 10^k v / (0.1 m/s); and creep "
+        "(a = 0)"
+    )
     source: ClassVar[str] = (
         "Baumberger & Caroli 2006, Adv. Phys. 55, 279; Bar-Sinai et al. 2014, JGR Solid Earth 119, 1738; Dieterich "
         "1979, JGR 84, 2161; Eyring 1936, J. Chem. Phys. 4, 283; Rice, Lapusta & Ranjith 2001, J. Mech. Phys. Solids "
@@ -57,9 +60,16 @@ class RateStrengthening(Effect):
     layer: ClassVar[Layer] = "contact"
     family: ClassVar[Family] = "speed law"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="per_e_fold", unit="1", low=-0.2, high=0.2, typical=0.02),
+        Parameter(name="per_e_fold", symbol="a", unit="1", low=-0.2, high=0.2, typical=0.02),
         Parameter(
-            name="slower_decades", unit="1", low=1.0, high=8.0, typical=0.5, null=None, starts=(1.5, 1.0, 3.0, 6.0)
+            name="slower_decades",
+            symbol="k",
+            unit="1",
+            low=1.0,
+            high=8.0,
+            typical=0.5,
+            null=None,
+            starts=(1.5, 1.0, 3.0, 6.0),
         ),
         Parameter(name="both_ways", unit="1", low=0.0, high=1.0, typical=0.5, null=None, starts=(0.0, 1.0)),
         Parameter(name="creep_share", unit="1", low=0.0, high=1.0, typical=0.3, null=None, starts=(0.05,)),

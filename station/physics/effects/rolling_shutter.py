@@ -27,8 +27,10 @@ class RollingShutter(Effect):
     layer: ClassVar[Layer] = "camera"
     family: ClassVar[Family] = "image"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="readout_s", unit="s", low=-0.05, high=0.05, typical=0.005),
-        Parameter(name="axis_later", unit="1", low=-0.5, high=0.5, typical=0.5, null=None, starts=(0.5, 0.0)),
+        Parameter(name="readout_s", symbol="T", unit="s", low=-0.05, high=0.05, typical=0.005),
+        Parameter(
+            name="axis_later", symbol="f", unit="1", low=-0.5, high=0.5, typical=0.5, null=None, starts=(0.5, 0.0)
+        ),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("viscous", "stribeck", "rate_strengthening")
     separated_by: ClassVar[str] = "the square's shape in motion: a shear that grows with the speed is the camera's"

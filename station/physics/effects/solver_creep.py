@@ -25,7 +25,7 @@ class SolverCreep(Effect):
     layer: ClassVar[Layer] = "numerics"
     family: ClassVar[Family] = "numerics"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="time_s", unit="s", low=0.0, high=0.01, typical=1e-4),
+        Parameter(name="time_s", symbol="k", unit="s", low=0.0, high=0.01, typical=1e-4),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("presliding", "camera_sag")
     separated_by: ClassVar[str] = "the simulation again with a smaller step and stiffer contact, and a slower ramp"

@@ -28,7 +28,7 @@ class Stribeck(Effect):
 
     id: ClassVar[str] = "stribeck"
     title: ClassVar[str] = "fall of friction with speed"
-    law: ClassVar[str] = "mu(v) = mu_s (1 - d (1 - s)), s from exp(-(v / v_s)^n) to 1 / (1 + (v / v_s)^2) (d = 0)"
+    law: ClassVar[str] = "mu(v) = mu_s (1 - d (1 - s)), s = exp(-(v / v_s)^n), or 1 / (1 + (v / v_s)^2) (d = 0)"
     source: ClassVar[str] = (
         "Stribeck 1902; Bo & Pavelescu 1982, Wear 82, 277 (the exponential form); Hess & Soom 1990, J. Tribol. 112, "
         "147 (the Lorentzian); Armstrong-Hélouvry et al. 1994, Automatica 30, 1083 (the Gaussian)"
@@ -36,11 +36,18 @@ class Stribeck(Effect):
     layer: ClassVar[Layer] = "contact"
     family: ClassVar[Family] = "speed law"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="drop", unit="1", low=0.0, high=0.6, typical=0.1),
+        Parameter(name="drop", symbol="d", unit="1", low=0.0, high=0.6, typical=0.1),
         Parameter(
-            name="speed_m_s", unit="m/s", low=1e-4, high=0.3, typical=0.02, null=None, starts=(0.02, 0.002, 0.0003, 0.1)
+            name="speed_m_s",
+            symbol="v_s",
+            unit="m/s",
+            low=1e-4,
+            high=0.3,
+            typical=0.02,
+            null=None,
+            starts=(0.02, 0.002, 0.0003, 0.1),
         ),
-        Parameter(name="exponent", unit="1", low=0.5, high=2.0, typical=0.5, null=None, starts=(1.0,)),
+        Parameter(name="exponent", symbol="n", unit="1", low=0.5, high=2.0, typical=0.5, null=None, starts=(1.0,)),
         Parameter(name="tail", unit="1", low=0.0, high=1.0, typical=0.5, null=None, starts=(1.0,)),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("kinetic_drop", "viscous", "rate_strengthening")

@@ -24,12 +24,14 @@ class Tipping(Effect):
 
     id: ClassVar[str] = "tipping"
     title: ClassVar[str] = "tipping"
-    law: ClassVar[str] = "a block at rest turns over where tan(tilt) exceeds its width over its height q w (q = 0)"
+    law: ClassVar[str] = (
+        "a block at rest turns over where tan(tilt) exceeds its width over its height; height = q width (q = 0)"
+    )
     source: ClassVar[str] = "ISRM suggested method for tilt tests, Alejano et al. 2018, Rock Mech. Rock Eng. 51, 3799"
     layer: ClassVar[Layer] = "contact"
     family: ClassVar[Family] = "image"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="slenderness", unit="1", low=0.0, high=TALLEST, typical=1.0),
+        Parameter(name="slenderness", symbol="q", unit="1", low=0.0, high=TALLEST, typical=1.0),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("presliding",)
     separated_by: ClassVar[str] = "a flat specimen of the same material, which cannot tip"

@@ -48,8 +48,8 @@ class UnevenContact(Effect):
     layer: ClassVar[Layer] = "contact"
     family: ClassVar[Family] = "direction law"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="x_m", unit="m", low=-5e-3, high=5e-3, typical=5e-4),
-        Parameter(name="y_m", unit="m", low=-5e-3, high=5e-3, typical=5e-4),
+        Parameter(name="x_m", symbol="ax", unit="m", low=-5e-3, high=5e-3, typical=5e-4),
+        Parameter(name="y_m", symbol="ay", unit="m", low=-5e-3, high=5e-3, typical=5e-4),
         Parameter(name="lead", unit="1", low=0.0, high=0.5, typical=0.2, null=None, starts=(0.0,)),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("object_anisotropy", "one_way_friction")

@@ -30,8 +30,8 @@ class Viscous(Effect):
     layer: ClassVar[Layer] = "contact"
     family: ClassVar[Family] = "speed law"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="drag_n_s_m", unit="N s/m", low=0.0, high=2.0, typical=0.02),
-        Parameter(name="by_load", unit="1", low=0.0, high=1.0, typical=1.0, null=None, starts=(0.0, 1.0)),
+        Parameter(name="drag_n_s_m", symbol="c", unit="N s/m", low=0.0, high=2.0, typical=0.02),
+        Parameter(name="by_load", symbol="q", unit="1", low=0.0, high=1.0, typical=1.0, null=None, starts=(0.0, 1.0)),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("stribeck", "rate_strengthening")
     separated_by: ClassVar[str] = "a wide range of speeds (coarser tilt steps, longer slides), and a second mass"

@@ -26,8 +26,17 @@ class Wear(Effect):
     layer: ClassVar[Layer] = "contact"
     family: ClassVar[Family] = "drift"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="fall", unit="1", low=-0.4, high=0.6, typical=0.1),
-        Parameter(name="runs", unit="1", low=1.0, high=1000.0, typical=50.0, null=None, starts=(50.0, 10.0, 300.0)),
+        Parameter(name="fall", symbol="f", unit="1", low=-0.4, high=0.6, typical=0.1),
+        Parameter(
+            name="runs",
+            symbol="n0",
+            unit="1",
+            low=1.0,
+            high=1000.0,
+            typical=50.0,
+            null=None,
+            starts=(50.0, 10.0, 300.0),
+        ),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("contact_aging",)
     separated_by: ClassVar[str] = "a return to one reference direction every few runs, with dwell drawn at random"

@@ -26,6 +26,7 @@ def test_the_list_has_every_effect_with_its_law_and_parameters(capsys: pytest.Ca
 def test_an_effect_is_explained(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["effects", "stribeck"]) == 0
     said = " ".join(capsys.readouterr().out.split())
+    assert "v_s = speed_m_s (m/s): " in said
     effect = KNOWN["stribeck"]
     for words in (effect.law, effect.source, effect.separated_by, *effect.confounded_with):
         assert " ".join(words.split()) in said
@@ -36,7 +37,8 @@ def test_as_json_it_is_the_catalogue(capsys: pytest.CaptureFixture[str]) -> None
     told = json.loads(capsys.readouterr().out)
     assert {one["id"] for one in told} == set(KNOWN)
     drop = next(one for one in told if one["id"] == "kinetic_drop")
-    assert drop["parameters"] == [{"name": "drop", "unit": "1", "low": 0.0, "high": 0.6, "typical": 0.1, "null": 0.0}]
+    numbers = {"unit": "1", "low": 0.0, "high": 0.6, "typical": 0.1, "null": 0.0}
+    assert drop["parameters"] == [{"name": "drop", "symbol": "d"} | numbers]
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from shared.programs import how_to_call
+from shared.programs import OWN_FAULT, exit_status, how_to_call
 
 
 def test_a_program_beside_this_python_is_called_by_its_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -23,3 +23,13 @@ def test_a_program_on_the_path_is_called_by_its_name(tmp_path: Path, monkeypatch
     program.touch(mode=0o755)
     monkeypatch.setenv("PATH", str(tmp_path))
     assert how_to_call("station") == "station"
+
+
+def test_a_fault_of_the_program_is_no_finding_and_no_mistake(capsys: pytest.CaptureFixture[str]) -> None:
+    def faulty() -> int:
+        raise ZeroDivisionError("of ours")
+
+    assert exit_status("station diagnose", faulty) == OWN_FAULT not in (0, 1, 2, 130)
+    told = capsys.readouterr().err
+    assert "in faulty" in told, "the traceback tells where"
+    assert told.splitlines()[-1].startswith("station diagnose: this is a fault of the program")
