@@ -36,7 +36,8 @@ SLIDE_M_S2 = 1.0
 """A block's typical acceleration: a law that changes with the time since the slip is tabulated accordingly."""
 
 CHANGES, CHANGES_M_S2 = 3e-4, 2e-3
-"""No path shows a law that changes friction, relatively, or the block's acceleration by less than this."""
+"""No paths show a law that changes friction, relatively, or the blocks' acceleration by less than this (rms of the runs).
+"""
 
 SPREADS, CREEPS_M = (1e-4, 0.3), (1e-6, 1e-2)
 LEAST_SPEED = 1e-9
@@ -73,7 +74,7 @@ class Paths:
 
     def _changes(self, term: Term) -> bool:
         held, slowing = self._speeds.tables((term,))
-        return bool(np.abs(held - 1.0).max() > CHANGES or np.abs(slowing).max() > CHANGES_M_S2)
+        return bool(_rms(held - 1.0).max() > CHANGES or _rms(slowing).max() > CHANGES_M_S2)
 
     def nearest(self, start: Sequence[Term]) -> tuple[tuple[Term, ...], float]:
         """Gives the terms' values nearest to the likeliest law of all paths, and the remaining difference (rms), m/s².
@@ -128,6 +129,11 @@ class Paths:
         bounds = [(math.log(low), math.log(high)) for low, high in (SPREADS, CREEPS_M)]
         inner, _ = climbed(at, begin, np.array([*bounds, *_bounds(numbers)]), SEARCH)
         return law_of(inner)
+
+
+def _rms(tables: Array) -> Array:
+    """Returns the rms over the runs (COUNT,) of tables (r, COUNT)."""
+    return np.sqrt(np.mean(np.square(tables), axis=0))
 
 
 _Number = tuple[int, Parameter]

@@ -80,6 +80,20 @@ def test_only_what_changes_how_blocks_slide_is_told() -> None:
     assert [term.effect.id for term in paths.sliding_terms(model)] == ["viscous", "kinetic_drop"]
 
 
+def test_what_changes_one_run_alone_is_no_law_of_sliding() -> None:
+    """Where friction is steep across a block's way it holds a little less at rest, which this run's path may show."""
+    paths, one = _paths("kinetic_drop"), np.arange(RUNS) == 3
+    across = np.where(one, np.pi / 2, 0.0)
+    contact = paths.contact.changed(way_rad=across, down_rad=across, run=np.arange(RUNS))
+    patch = catalogue()["friction_patch"]
+    model = Model(mu_s=MU, terms=(Term(patch, {**patch.neutral(), "slope_x": 0.2}),))
+    paths = Paths(paths.breakaways, contact, paths.law)
+    alone = paths.of_runs(contact.run[one])
+    assert alone is not None
+    assert alone.sliding_terms(model)
+    assert not paths.sliding_terms(model)
+
+
 def test_two_laws_that_nearly_cancel_are_found_by_how_blocks_gather_speed() -> None:
     """A fall that a drag makes up for: no window shows it, and no score would."""
     seen = [looked_at(one_run(LAWS["stribeck"], 2.0, np.random.default_rng(11))[0])]
