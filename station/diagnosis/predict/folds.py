@@ -21,7 +21,7 @@ from station.diagnosis.inference.fit import Fit, fit
 from station.diagnosis.likelihood import systematic
 from station.diagnosis.likelihood.systematic import claimable
 from station.diagnosis.observations.evidence import Evidence
-from station.diagnosis.search.candidates import Begins
+from station.diagnosis.search.candidates import Begins, key_of
 from station.diagnosis.search.search import Search, in_stages
 from station.physics.contact import Array, Bools
 from station.physics.effect import Effect
@@ -83,7 +83,8 @@ def named(
 ) -> tuple[Fold, ...]:
     """Refits what all runs led to without each fold (r,); the arguments that only a search needs are ignored."""
     del effects, seed, jobs
-    return tuple(_refitted(evidence.without(fold == number), whole, anew=False) for number in np.unique(fold).tolist())
+    outs = [fold == number for number in np.unique(fold).tolist()]
+    return tuple(_refitted(evidence.without(out), whole, anew=False) for out in outs)
 
 
 def _refitted(part: Evidence, whole: Search, *, anew: bool) -> Fold:
@@ -95,7 +96,7 @@ def _refitted(part: Evidence, whole: Search, *, anew: bool) -> Fold:
     after = fit(part, whole.model.model, whole.found, noise=whole.model.noise) if whole.found else before
     names = tuple(effect.id for effect in whole.found)
     fold = Fold(left_out=~part.counted, before=before, after=after, named=names, less={}, anew=anew)
-    return _with_less(part, fold)
+    return _with_less(part, fold, whole.fitter.ends())
 
 
 def nested(
@@ -129,10 +130,10 @@ def nested(
 def _searched(
     evidence: Evidence, effects: Sequence[Effect], begin: tuple[Model, Begins], seed: int, numbered: tuple[int, Bools]
 ) -> Fold:
-    number, left_out = numbered
-    start, rng = Model(mu_s=begin[0].mu_s), np.random.default_rng([seed, number])
+    (number, left_out), (null, begins) = numbered, begin
+    start, rng = Model(mu_s=null.mu_s), np.random.default_rng([seed, number])
     part = evidence.without(left_out)
-    found = in_stages(part, effects, start=start, rng=rng, progress=lambda _: None, begins=begin[1])
+    found = in_stages(part, effects, start=start, rng=rng, progress=lambda _: None, begins=begins)
     names = tuple(effect.id for effect in found.found)
     fold = Fold(
         left_out=left_out,
@@ -142,26 +143,31 @@ def _searched(
         less={},
         anew=True,
     )
-    return _with_less(part, fold)
+    return _with_less(part, fold, begins)
 
 
-def _with_less(part: Evidence, fold: Fold) -> Fold:
+def _with_less(part: Evidence, fold: Fold, begins: Begins) -> Fold:
     """Returns the fold with a fit without each of its names; without a single name that is the plain model."""
     if len(fold.named) == 1:
         return replace(fold, less={fold.named[0]: fold.before})
-    return replace(fold, less={name: less(part, fold.after, name) for name in fold.named})
+    return replace(fold, less={name: less(part, fold.after, name, begins) for name in fold.named})
 
 
 def dropped(evidence: Evidence, fold: Fold, name: str) -> Fold:
     """Returns the fold without one of its names."""
     named = tuple(other for other in fold.named if other != name)
-    return _with_less(fold.of(evidence), replace(fold, after=fold.less[name], named=named))
+    return _with_less(fold.of(evidence), replace(fold, after=fold.less[name], named=named), {})
 
 
-def less(evidence: Evidence, after: Fit, name: str) -> Fit:
-    """Returns the fit without one of its effects."""
+def less(evidence: Evidence, after: Fit, name: str, begins: Begins | None = None) -> Fit:
+    """Returns the fit without one of its effects, begun where the others' fit to nearly the same runs has ended.
+
+    If there is none in `begins`, it begins where the whole fit has them: without a term they may have far to go.
+    """
     rest = systematic.less(after.model, name)
-    return fit(evidence, rest, claimable(rest), noise=after.noise)
+    others = claimable(rest)
+    model, noise = (begins or {}).get(key_of(others), (rest, after.noise))
+    return fit(evidence, model, others, noise=noise)
 
 
 def refitted(evidence: Evidence, whole: Fit, effects: Sequence[Effect], fold: Array) -> tuple[tuple[Bools, Fit], ...]:

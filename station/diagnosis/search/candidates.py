@@ -217,6 +217,7 @@ class Fitter:
         self.evidence, self._begins = evidence, begins or {}
         self.coinciding = coinciding or Coinciding()
         self._known: dict[frozenset[str], Fit] = {}
+        self._begun_again = set[frozenset[str]]()
         self._asked: list[tuple[Fit, Asked, float]] = []
 
     def once(self, fitted: Fit, ask: Asked) -> float:
@@ -229,7 +230,7 @@ class Fitter:
 
     def _fit(self, effects: Sequence[Effect], base: Fit, missing: Sequence[Term]) -> Fit:
         """Returns the known fit of these effects, or else a new one from `base` and the terms that it lacks."""
-        key = _key(effects)
+        key = key_of(effects)
         if key in self._known:
             return self._known[key]
         model, noise = self._begins[key] if key in self._begins else (self._begun(effects, base, missing), base.noise)
@@ -252,16 +253,18 @@ class Fitter:
         """Returns the candidate after a full fit of the whole model together with it.
 
         The fit begins above the likeliest of the candidate's parts that were fitted. If it ends far below what the
-        scores promise, it has missed its maximum and begins again where they say.
+        scores promise, it has missed its maximum and begins again where they say, once.
         """
         acting = claimable(current.model)
         effects = [*acting, *candidate.effects]
-        parts = (self._known.get(_key([*acting, effect])) for effect in candidate.effects)
+        parts = (self._known.get(key_of([*acting, effect])) for effect in candidate.effects)
         base = max([current, *(part for part in parts if part)], key=lambda part: part.log_likelihood)
         has = {term.effect.id for term in base.model.terms}
         missing = [start for start in candidate.starts if start.effect.id not in has]
         found = self._fit(effects, base, missing)
-        if 2 * (found.log_likelihood - current.log_likelihood) < PROMISED * candidate.twice_gain:
+        short = 2 * (found.log_likelihood - current.log_likelihood) < PROMISED * candidate.twice_gain
+        if short and key_of(effects) not in self._begun_again:
+            self._begun_again.add(key_of(effects))
             found = self.refit(_with(current.model, candidate.starts), effects, current.noise)
         twice = 2 * (found.log_likelihood - current.log_likelihood)
         cost = sum(self._cost(found, effect, parameter) for effect, parameter in self._numbers(candidate))
@@ -293,14 +296,15 @@ class Fitter:
 
     def refit(self, start: Model, effects: Sequence[Effect], noise: Noise) -> Fit:
         """Fits these effects from `start`, and returns that fit or the likelier one that is known."""
-        found, key = fit(self.evidence, start, effects, noise=noise), _key(effects)
+        found, key = fit(self.evidence, start, effects, noise=noise), key_of(effects)
         known = self._known.get(key)
         if known is None or found.log_likelihood > known.log_likelihood:
             self._known[key] = found
         return self._known[key]
 
 
-def _key(effects: Iterable[Effect]) -> frozenset[str]:
+def key_of(effects: Iterable[Effect]) -> frozenset[str]:
+    """Returns the ids by which `Begins` knows a fit of these effects."""
     return frozenset(effect.id for effect in effects)
 
 
