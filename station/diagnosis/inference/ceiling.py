@@ -15,7 +15,7 @@ from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.inference.noise_of import shaking_of
 from station.diagnosis.likelihood.feedback import owed
-from station.diagnosis.likelihood.slopes import decays
+from station.diagnosis.likelihood.slopes import decays, plain_decays
 from station.diagnosis.likelihood.student import log_density
 from station.diagnosis.likelihood.whitening import Whitening
 from station.diagnosis.observations.evidence import Evidence
@@ -34,7 +34,7 @@ def expected_log_run(evidence: Evidence, fitted: Fit) -> Array:
     expected = -entropy(whitening.tail)
     expected += _calmer(evidence, whitening, scored - expected)[whitening.channel]
     each = np.where(whitening.limit, scored, expected)
-    each = each + owed(whitening, decays(evidence, fitted.model))
+    each = each + owed(whitening, decays(evidence, fitted.model), plain_decays(evidence))
     found = np.bincount(whitening.run, each, evidence.runs) - whitening.log_scale
     return found + fitted.log_prior / evidence.runs
 

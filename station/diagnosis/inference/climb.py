@@ -14,7 +14,7 @@ from station.diagnosis.inference.parameters import Free, model_of, vector_of
 from station.diagnosis.inference.quadratic import Quadratic
 from station.diagnosis.likelihood.feedback import owed, owed_slope
 from station.diagnosis.likelihood.noise import Noise
-from station.diagnosis.likelihood.slopes import STEP, decay_differences, decays, residuals, slopes
+from station.diagnosis.likelihood.slopes import STEP, decay_differences, decays, plain_decays, residuals, slopes
 from station.diagnosis.likelihood.student import log_density, pulls
 from station.diagnosis.likelihood.whitening import Whitening, stack
 from station.diagnosis.observations.evidence import Evidence
@@ -63,7 +63,8 @@ LEAST_STEP = 1e-5
 class Point:
     """The numbers (k,), their model, its residuals by channel, and these whitened (rows,).
 
-    `decay` (rows,) is what friction undoes of the rows' own motion, see `likelihood.feedback`.
+    `decay` (rows,) is what friction undoes of the rows' own motion, and `plain_decay` (rows,) without effects, see
+    `likelihood.feedback`.
     """
 
     vector: Array
@@ -72,12 +73,13 @@ class Point:
     white: Array
     whitening: Whitening
     decay: Array
+    plain_decay: Array
 
     @cached_property
     def density(self) -> Array:
         """The log density (rows,) of each component, which several steps ask for."""
         density = log_density(self.white, self.whitening.tail, self.whitening.limit)
-        return density + owed(self.whitening, self.decay)
+        return density + owed(self.whitening, self.decay, self.plain_decay)
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,6 +115,7 @@ class Climb:
         self.low = np.array([number.low for number in free])
         self.high = np.array([number.high for number in free])
         self.precision = np.array([number.precision for number in free])
+        self._plain_decay = plain_decays(evidence)
         self._reach = np.array([FARTHEST_SHAPE if number.is_shape else FARTHEST for number in free])
         vector = vector_of(start, free)
         model = model_of(vector, free, base=start)
@@ -283,7 +286,7 @@ class Climb:
 
     def _point(self, vector: Array, model: Model, at: dict[str, Array], whitening: Whitening) -> Point:
         white = whitening(stack(self.evidence, at))
-        return Point(vector, model, at, white, whitening, decays(self.evidence, model))
+        return Point(vector, model, at, white, whitening, decays(self.evidence, model), self._plain_decay)
 
     def _total(self, at: Point) -> float:
         """Returns the log density of the runs that count, and of the numbers' priors."""

@@ -28,6 +28,11 @@ def decays(evidence: Evidence, model: Model) -> Array:
     return np.concatenate([channel.decay(model) for channel in evidence.channels])
 
 
+def plain_decays(evidence: Evidence) -> Array:
+    """Returns what friction undoes (rows,) under a model without effects, see `decays`."""
+    return decays(evidence, Model(mu_s=1.0))
+
+
 def slopes(
     evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str, Array], *, steps: Array | None = None
 ) -> dict[str, Array]:

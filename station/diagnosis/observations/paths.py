@@ -36,8 +36,7 @@ SLIDE_M_S2 = 1.0
 """A block's typical acceleration: a law that changes with the time since the slip is tabulated accordingly."""
 
 CHANGES, CHANGES_M_S2 = 3e-4, 2e-3
-"""No paths show a law that changes friction, relatively, or the blocks' acceleration by less than this (rms of the runs).
-"""
+"""No paths show a law that changes friction, relatively, or the blocks' acceleration by less (rms of the runs)."""
 
 SPREADS, CREEPS_M = (1e-4, 0.3), (1e-6, 1e-2)
 LEAST_SPEED = 1e-9

@@ -15,7 +15,7 @@ from station.diagnosis.inference.fit import Fit
 from station.diagnosis.inference.noise_of import shaking_of
 from station.diagnosis.likelihood.feedback import owed
 from station.diagnosis.likelihood.noise import TAILS
-from station.diagnosis.likelihood.slopes import decays
+from station.diagnosis.likelihood.slopes import decays, plain_decays
 from station.diagnosis.likelihood.student import log_density, scale_of
 from station.diagnosis.likelihood.whitening import Whitening
 from station.diagnosis.observations.evidence import Evidence
@@ -26,7 +26,7 @@ def unseen_log_run(evidence: Evidence, fitted: Fit) -> Array:
     """Returns the log density (runs,), nat, of each run; that of the runs which were fitted has no meaning."""
     whitening = Whitening(evidence, fitted.noise, shaking=shaking_of(evidence, fitted.model))
     known = evidence.counted[whitening.run] & ~whitening.limit
-    to_motion = owed(whitening, decays(evidence, fitted.model))
+    to_motion = owed(whitening, decays(evidence, fitted.model), plain_decays(evidence))
     found = np.bincount(whitening.run, to_motion, evidence.runs) - whitening.log_scale
     for index, channel in enumerate(evidence.channels):
         mine = whitening.channel == index

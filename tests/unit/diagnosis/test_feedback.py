@@ -46,6 +46,16 @@ def test_an_error_of_reading_owes_nothing() -> None:
     assert owed_slope(unread(share, 3), decay) == pytest.approx(slope)
 
 
+@pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
+def test_what_has_no_effect_owes_nothing_however_the_variance_is_shared(share: float) -> None:
+    """Friction undoes a block's turning under any law: it says nothing of which law holds, nor of the noise."""
+    decay = np.array([-0.5, 0.0, 4.0])
+    assert owed(unread(share, 3), decay, decay) == pytest.approx(np.zeros(3), abs=1e-15)
+    more = np.array([0.1, 0.1, 6.0])
+    beyond = owed(unread(share, 3), more) - owed(unread(share, 3), decay)
+    assert owed(unread(share, 3), more, decay) == pytest.approx(beyond)
+
+
 def slides(rng: np.random.Generator, *, lasting: int) -> tuple[Array, Array]:
     """Mean accelerations and speeds (slides, windows) under drag and pushes that last so many steps each."""
     step_s = WINDOW_S / STEPS

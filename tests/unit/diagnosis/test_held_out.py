@@ -16,7 +16,7 @@ from station.diagnosis.inference.fit import Fit, fit
 from station.diagnosis.inference.level import levelled
 from station.diagnosis.inference.noise_of import shaking_of
 from station.diagnosis.likelihood.feedback import owed
-from station.diagnosis.likelihood.slopes import decays
+from station.diagnosis.likelihood.slopes import decays, plain_decays
 from station.diagnosis.likelihood.student import log_density
 from station.diagnosis.likelihood.whitening import Whitening
 from station.diagnosis.observations.build import evidence_of
@@ -138,7 +138,7 @@ def scattered(evidence: Evidence, plain: Fit, by: float) -> Fit:
     whitening = Whitening(evidence, plain.noise, shaking=shaking_of(evidence, plain.model))
     white = by * plain.white
     each = log_density(white, whitening.tail, whitening.limit)
-    each += owed(whitening, decays(evidence, plain.model))
+    each += owed(whitening, decays(evidence, plain.model), plain_decays(evidence))
     log_run = np.bincount(whitening.run, each, evidence.runs) - whitening.log_scale + plain.log_prior / evidence.runs
     return replace(plain, white=white, log_run=log_run)
 

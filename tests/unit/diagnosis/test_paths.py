@@ -81,7 +81,7 @@ def test_only_what_changes_how_blocks_slide_is_told() -> None:
 
 
 def test_what_changes_one_run_alone_is_no_law_of_sliding() -> None:
-    """Where friction is steep across a block's way it holds a little less at rest, which this run's path may show."""
+    """Friction that is steep across a block's way holds a little less at rest, which this run's path may show."""
     paths, one = _paths("kinetic_drop"), np.arange(RUNS) == 3
     across = np.where(one, np.pi / 2, 0.0)
     contact = paths.contact.changed(way_rad=across, down_rad=across, run=np.arange(RUNS))
