@@ -296,7 +296,11 @@ class Fitter:
 
     def refit(self, start: Model, effects: Sequence[Effect], noise: Noise) -> Fit:
         """Fits these effects from `start`, and returns that fit or the likelier one that is known."""
-        found, key = fit(self.evidence, start, effects, noise=noise), key_of(effects)
+        return self.likelier(fit(self.evidence, start, effects, noise=noise), effects)
+
+    def likelier(self, found: Fit, effects: Sequence[Effect]) -> Fit:
+        """Keeps a fit of these effects, and returns it or the likelier one that is known."""
+        key = key_of(effects)
         known = self._known.get(key)
         if known is None or found.log_likelihood > known.log_likelihood:
             self._known[key] = found

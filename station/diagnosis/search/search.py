@@ -125,7 +125,7 @@ def in_stages(
     null = fit(evidence, allowing_for(null.model, absorbed), (), noise=null.noise)
     offered = [*(effect for effect in effects if effect.id not in reasons), *smooth_terms(evidence)]
     fitter = Fitter(evidence, begins, coinciding=Coinciding.among(evidence, offered))
-    model, stages = null, list[Stage]()
+    model, stages = fitter.likelier(null, ()), list[Stage]()
     for number in range(int(thresholds.MOST_STAGES)):
         progress(f"stage {number + 1}: scoring {len(offered)} effects and smooth terms, alone and in pairs")
         stages.append(_stage(fitter, model, offered, rng=rng, first=number == 0, progress=progress))

@@ -19,8 +19,7 @@ from typing import ClassVar
 import numpy as np
 
 from station.diagnosis.inference.fit import Fit
-from station.diagnosis.inference.noise_of import with_tails
-from station.diagnosis.likelihood.noise import estimate_noise
+from station.diagnosis.inference.noise_of import noise_of
 from station.diagnosis.likelihood.slopes import residuals
 from station.diagnosis.likelihood.student import log_density
 from station.diagnosis.likelihood.whitening import Whitening, stack
@@ -192,7 +191,7 @@ def corrected_log_run(table: Table, correction: Mapping[str, Array], train: Bool
         for name, values in residuals(evidence, table.plain.model).items()
     }
     known = evidence.without(~train)
-    whitening = Whitening(evidence, with_tails(known, at, estimate_noise(known, at)))
+    whitening = Whitening(evidence, noise_of(known, at))
     density = log_density(whitening(stack(evidence, at)), whitening.tail, whitening.limit)
     log_run = np.bincount(whitening.run, density, evidence.runs) - whitening.log_scale
     present = np.zeros(evidence.runs, dtype=np.bool_)
