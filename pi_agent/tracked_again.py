@@ -40,16 +40,31 @@ class PictureTracker:
 
         Only the capture time, the exposure and the times of the rows are taken from `like`.
         """
+        frame = self._frame(picture, like)
+        if frame is None:
+            return None
+        if self._observer is None or like.capture_ns <= self._capture_ns:
+            self._observer = self._fresh(like)
+        self._capture_ns = like.capture_ns
+        return self._observer.block(frame)
+
+    def alone(self, picture: bytes, *, like: MarkerCorners) -> MarkerCorners | None:
+        """Returns the same, read without anything that earlier pictures have shown."""
+        frame = self._frame(picture, like)
+        return None if frame is None else self._fresh(like).block(frame)
+
+    def _fresh(self, like: MarkerCorners) -> Observer:
+        return Observer(self._rig, self._info(like), calibration=self._calibration)
+
+    def _frame(self, picture: bytes, like: MarkerCorners) -> Frame | None:
+        """Returns a picture with the capture time of `like`; None if it is none of the rig's camera."""
         size = (self._rig.camera.width_px, self._rig.camera.height_px)
         if size_px(picture) != size:
             return None
         image = unpacked(picture)
         if image is None or image.shape != size[::-1]:
             return None
-        if self._observer is None or like.capture_ns <= self._capture_ns:
-            self._observer = Observer(self._rig, self._info(like), calibration=self._calibration)
-        self._capture_ns = like.capture_ns
-        return self._observer.block(Frame(np.asarray(image, dtype=np.uint8), like.capture_ns, like.seq))
+        return Frame(np.asarray(image, dtype=np.uint8), like.capture_ns, like.seq)
 
     def _info(self, like: MarkerCorners) -> CameraInfo:
         camera = self._rig.camera

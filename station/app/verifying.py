@@ -25,7 +25,7 @@ from station.recording.malformed import left_out
 from station.recording.reader import RecordingReader, open_recording
 from station.rig.placed_arm import placed_arm
 from station.sampling.machine import INPUTS
-from station.sampling.replay import DECISIONS, Difference, Verdict, replay_whole
+from station.sampling.replay import DECISIONS, Difference, Verdict, replay
 
 State = Literal["identical", "different", "not derived"]
 COMMANDS, EVENTS, SAMPLES = DECISIONS
@@ -154,6 +154,9 @@ def _corners(reader: RecordingReader) -> Part:
 
 def _part_of(found: CornersAgain) -> Part:
     read = f"read again in {found.compared} of {found.pictures} pictures"
+    if found.stampless > found.pictures:
+        said = f"{found.stampless} of {found.stampless + found.pictures} pictures are of moments without corners"
+        return Part("corners", "different", found.compared, said)
     if not found.compared:
         return Part("corners", "not derived", 0, f"no picture shows the mark ({found.pictures} pictures)")
     said = f"{read}, at most {found.worst_px:.3f} px apart" + (
@@ -192,7 +195,7 @@ def _decisions(reader: RecordingReader) -> Sequence[Part]:
     except UserError as error:
         return [Part(name, "not derived", 0, str(error)) for name in ("decisions", "samples")]
     stream = ((item.topic, item.message, item.log_ns) for item in reader.messages({*INPUTS, *DECISIONS}))
-    verdicts = replay_whole(machine, stream)
+    verdicts = replay(machine, stream)
     decided = {topic: verdicts[topic] for topic in (COMMANDS, EVENTS)}
     return [_compared("decisions", decided), _compared("samples", {SAMPLES: verdicts[SAMPLES]})]
 

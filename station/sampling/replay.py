@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from itertools import zip_longest
 from typing import TypeGuard
@@ -68,29 +68,22 @@ class Verdict:
     difference: Difference | None
 
 
-def replay(machine: SamplingMachine, stream: Iterable[tuple[str, Message, int]]) -> Verdict:
-    """Feeds a recording to a fresh machine and compares its decisions with the recorded ones.
+def replay(machine: SamplingMachine, stream: Iterable[tuple[str, Message, int]]) -> dict[str, Verdict]:
+    """Feeds a recording to a fresh machine and compares its decisions with the recorded ones; a verdict for each topic.
+
+    Nothing may be missing but what was decided in the last `UNRECORDED_S`, and no sample may follow a stop.
 
     Args:
         machine: built with the plan, seed, reach and specimen of the recording.
         stream: topic, message and receive time (ns) of everything of `INPUTS` and `DECISIONS`, by receive time.
     """
-    compared = 0
-    for lane in _lanes(machine, stream).values():
-        count, difference = lane.compare()
-        compared += count
-        if difference is not None:
-            return Verdict(compared, difference)
-    return Verdict(compared, None)
+    return {topic: Verdict(*lane.compare()) for topic, lane in _lanes(machine, stream).items()}
 
 
-def replay_whole(machine: SamplingMachine, stream: Iterable[tuple[str, Message, int]]) -> dict[str, Verdict]:
-    """Replays a recording that was closed and that may have been forged; gives a verdict for each topic.
-
-    Nothing may be missing but what was decided in the last `UNRECORDED_S`, and no sample may follow a stop.
-    """
-    lanes = _lanes(machine, stream, to_the_end=True)
-    return {topic: Verdict(*lane.compare(whole=True)) for topic, lane in lanes.items()}
+def first_of(verdicts: Mapping[str, Verdict]) -> Difference | None:
+    """Returns the earliest of all topics' differences; None if there is none."""
+    found = [verdict.difference for verdict in verdicts.values() if verdict.difference is not None]
+    return min(found, key=lambda one: one.stamp_ns, default=None)
 
 
 UNRECORDED_S = 1.0
@@ -98,9 +91,7 @@ UNRECORDED_S = 1.0
 same process within milliseconds; a busy machine is given a second."""
 
 
-def _lanes(
-    machine: SamplingMachine, stream: Iterable[tuple[str, Message, int]], *, to_the_end: bool = False
-) -> dict[str, _Lane]:
+def _lanes(machine: SamplingMachine, stream: Iterable[tuple[str, Message, int]]) -> dict[str, _Lane]:
     # Each topic by itself: between topics the bus keeps no order, and the receive times of neighbours may swap.
     lanes = {topic: _Lane() for topic in DECISIONS}
     stopped_ns, end_ns = None, 0
@@ -112,9 +103,7 @@ def _lanes(
         if topic in DECISIONS:
             if _stopped(message):
                 stopped_ns = message.stamp_ns
-                if to_the_end:
-                    continue
-                break
+                continue
             lanes[topic].recorded.append(message)
         if topic in INPUTS:
             for decision in _decisions(machine.handle(message, now_ns=now_ns)):
@@ -146,14 +135,13 @@ class _Lane:
         before = [message for message in self.recorded if topics.capture_ns(message) < stopped_ns]
         self.recorded = before
 
-    def compare(self, *, whole: bool = False) -> tuple[int, Difference | None]:
+    def compare(self) -> tuple[int, Difference | None]:
         """Returns the number of decisions that agree, and the first that does not.
 
-        A recording may end between an input and the decision that follows from it, but not the other way round. A
-        `whole` one holds every decision but those of its last moment.
+        A recording may end between an input and the decision that follows from it, but not the other way round: it
+        holds every decision but those of its last moment.
         """
-        due_ns = self.end_ns - round(UNRECORDED_S * 1e9)
-        due = bisect_left(self.decided_ns, due_ns) if whole else 0
+        due = bisect_left(self.decided_ns, self.end_ns - round(UNRECORDED_S * 1e9))
         pairs = zip_longest(self.recorded, self.replayed[: max(len(self.recorded), due)])
         for number, (recorded, replayed) in enumerate(pairs, start=1):
             if recorded is None or replayed is None or not _equal(recorded, replayed):

@@ -11,7 +11,8 @@ from station.__main__ import main
 from station.app.commands.check import machine_of
 from station.recording.reader import open_recording
 from station.sampling.machine import INPUTS
-from station.sampling.replay import DECISIONS, Verdict, replay
+from station.sampling.replay import DECISIONS, Verdict, first_of, replay
+from tests.unit.app.forging import forged
 
 SESSION = Path(__file__).parent / "session.mcap"
 Item = tuple[str, Message, int]
@@ -22,8 +23,10 @@ def stream(path: Path = SESSION) -> list[Item]:
     return [(item.topic, item.message, item.log_ns) for item in items]
 
 
-def verdict(items: list[Item]) -> Verdict:
-    return replay(machine_of(open_recording(SESSION)), items)
+def verdict(items: list[Item], seed: int | None = None) -> Verdict:
+    """The decisions of all topics, and the first that differs."""
+    verdicts = replay(machine_of(open_recording(SESSION), seed=seed), items)
+    return Verdict(sum(one.decisions for one in verdicts.values()), first_of(verdicts))
 
 
 def test_the_golden_session_is_decided_as_it_was():
@@ -59,15 +62,23 @@ def test_a_recording_that_was_tampered_with_is_found_out(kind: type[Message], va
 
 
 def test_another_seed_decides_otherwise():
-    reader = open_recording(SESSION)
-    machine = machine_of(reader, seed=8)
-    assert replay(machine, stream()).difference is not None
+    assert verdict(stream(), seed=8).difference is not None
 
 
 def test_a_decision_that_is_missing_is_found_out():
     items = stream()
     first = next(k for k, (topic, _, _) in enumerate(items) if topic == "session/sample")
     assert verdict(items[:first] + items[first + 1 :]).difference is not None
+
+
+def test_samples_that_are_missing_altogether_are_found_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    found = verdict([item for item in stream() if item[0] != "session/sample"])
+    assert isinstance(found.difference.replayed if found.difference else None, Sample)
+    path = forged(
+        SESSION, tmp_path / "none.mcap", lambda items: (one for one in items if one.topic != "session/sample")
+    )
+    assert main(["check", str(path)]) == 1
+    assert "the first that is not" in capsys.readouterr().out
 
 
 def test_a_recording_may_end_at_any_moment():

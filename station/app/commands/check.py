@@ -21,7 +21,7 @@ from station.recording.malformed import left_out
 from station.recording.reader import RecordingReader, open_recording
 from station.sampling.machine import INPUTS, SamplingMachine
 from station.sampling.plan import Plan
-from station.sampling.replay import DECISIONS, replay
+from station.sampling.replay import DECISIONS, first_of, replay
 
 NAME = "check"
 HELP = "replay a recording's messages: does the logic take the same decisions?"
@@ -40,13 +40,14 @@ def run(options: argparse.Namespace) -> int:
     reader = open_recording(options.file)
     stream = ((item.topic, item.message, item.log_ns) for item in reader.messages({*INPUTS, *DECISIONS}))
     own = None if options.rig is None else load_rig(options.rig)
-    verdict = replay(machine_of(reader, rig=own), stream)
+    verdicts = replay(machine_of(reader, rig=own), stream)
+    difference, count = first_of(verdicts), sum(verdict.decisions for verdict in verdicts.values())
     if note := left_out(reader.malformed):
         print(visible(note))
-    if verdict.difference is not None:
-        print(visible(f"{verdict.decisions} decisions are the same, then: {verdict.difference}"))
+    if difference is not None:
+        print(visible(f"{count} decisions are the same; the first that is not: {difference}"))
         return 1
-    print(f"All {verdict.decisions} decisions are the same.")
+    print(f"All {count} decisions are the same.")
     return 0
 
 
