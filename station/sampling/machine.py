@@ -10,9 +10,11 @@ take the same decisions.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
 
-from shared.foxglove import CameraCalibration
+from shared.foxglove import CameraCalibration, Timestamp
 from shared.messages import (
     ArmLease,
     ArmReply,
@@ -48,6 +50,11 @@ SLIDING = ("TILT", "SLIP")
 """The phases whose frames make the onset."""
 ENDING = ("SLIP", "SETTLE", "RETURN", "DONE")
 """The phases that go on without frames, because the slip is known; the sample is then marked as disturbed."""
+
+MEASURING = ("REFERENCE", "TILT", *ENDING)
+"""The phases whose pixels make one sample: they need one calibration, and one camera."""
+
+_Calibration = CameraGeometry | CameraCalibration
 
 
 class SamplingMachine:
@@ -121,10 +128,20 @@ class SamplingMachine:
         self._tracks.take_offset(message)
 
     def _on_geometry(self, message: CameraGeometry) -> None:
-        self._tracks.geometry = message.if_calibrated()
+        geometry = message.if_calibrated()
+        self._keep_one(self._tracks.geometry, geometry, stamp={"stamp_ns": 0})
+        self._tracks.geometry = geometry
 
     def _on_lens(self, message: CameraCalibration) -> None:
+        self._keep_one(self._tracks.lens, message, stamp={"timestamp": Timestamp()})
         self._tracks.lens = message
+
+    def _keep_one(self, before: _Calibration | None, now: _Calibration | None, *, stamp: Mapping[str, Any]) -> None:
+        """Marks a run of which a part was measured by another calibration; one that is sent again is the same."""
+        if before is None or now is None or self._state.phase not in MEASURING:
+            return
+        if replace(before, **stamp) != replace(now, **stamp):
+            self._state.run.disturb("calibration")
 
     def _on_environment(self, message: Environment) -> None:
         self._phases.environment = message
@@ -146,6 +163,10 @@ class SamplingMachine:
 
     def _on_corners(self, message: MarkerCorners) -> None:
         state, tracks = self._state, self._tracks
+        if message.marker_id:  # another mark's are no corners of the block
+            return
+        if tracks.is_from_another(message) and state.phase in MEASURING:
+            state.run.disturb("two_cameras")
         if tracks.repeats(message):
             state.blind = FROZEN
             return

@@ -203,6 +203,9 @@ class Phases:
             rate_rad_s=math.radians(self.state.run.rate_deg_s),
             environment=self.environment,
         )
+        if wrong := sample.impossible():
+            state.abort(f"expected a sample that can be measured, got {wrong}: look at the camera's calibration")
+            return
         self._previous_direction = run.direction.number
         state.actions.append(Report(sample))
         state.event("DONE")

@@ -18,6 +18,7 @@ from station.signals.traced import trace
 
 _ATTITUDES = 600
 _FRAMES = 540
+_STARTS = 64
 
 
 def usable(message: MarkerCorners) -> bool:
@@ -35,6 +36,7 @@ class Tracks:
     attitude_ns: int = 0
     frame_ns: int = 0
     _last: MarkerCorners | None = None
+    _starts: deque[int] = field(default_factory=lambda: deque(maxlen=_STARTS))
     _attitudes: deque[tuple[int, float]] = field(default_factory=lambda: deque(maxlen=_ATTITUDES))
     _quaternions: deque[tuple[int, tuple[float, float, float, float]]] = field(default_factory=lambda: deque(maxlen=64))
     _frames: deque[tuple[int, tuple[float, ...]]] = field(default_factory=lambda: deque(maxlen=_FRAMES))
@@ -65,6 +67,13 @@ class Tracks:
         self._attitudes.append((self.attitude_ns, self.tilt_rad))
         self._quaternions.append((self.attitude_ns, q))
         return True
+
+    def is_from_another(self, message: MarkerCorners) -> bool:
+        """Returns true if a camera's start comes back that frames of a later start have followed: two send."""
+        if self._last is None or message.boot_id == self._last.boot_id:
+            return False
+        self._starts.append(self._last.boot_id)
+        return message.boot_id in self._starts
 
     def repeats(self, message: MarkerCorners) -> bool:
         """Returns true if a frame is the one before again: stamped no later, or with the very same corners.

@@ -43,6 +43,7 @@ class ScriptedRig:
     plan: Plan
     friction_rad: float = 0.3
     reach_rad: float = math.radians(67.5)
+    geometry: CameraGeometry = GEOMETRY
     on_corners: Callable[[MarkerCorners, ScriptedRig], MarkerCorners | None] = lambda message, _: message
     on_reply: Callable[[ArmReply, ScriptedRig], ArmReply | None] = lambda reply, _: reply
     on_motion: Callable[[MotionReport, ScriptedRig], MotionReport | None] = lambda report, _: report
@@ -62,7 +63,7 @@ class ScriptedRig:
     def __post_init__(self) -> None:
         """Builds the machine."""
         self.machine = SamplingMachine(
-            self.plan, size_px=(600, 600), reach=lambda _: self.reach_rad, specimen=Specimen(), geometry=GEOMETRY
+            self.plan, size_px=(600, 600), reach=lambda _: self.reach_rad, specimen=Specimen(), geometry=self.geometry
         )
         self._began = self._azimuth = self._speed = 0.0
         self._frame = 0

@@ -22,7 +22,7 @@ from shared.messages import (
 from station.sampling.machine import OWN_ORDER, SamplingMachine
 from station.sampling.plan import DirectionPlan, DwellPlan, Plan, ReferencePlan, SlipPlan, TiltPlan
 from station.sampling.run import Specimen
-from tests.unit.sampling.scripted_rig import ScriptedRig
+from tests.unit.sampling.scripted_rig import GEOMETRY, ScriptedRig
 
 GOOD_RUN = ["LEVEL", "DWELL", "REFERENCE", "TILT", "SLIP", "SETTLE", "RETURN", "DONE"]
 
@@ -443,11 +443,70 @@ def test_late_frames_of_a_slide_flag_the_run_and_it_does_not_count():
     late_ns = rig.now_ns - 3_000_000_000
     rig.give(MarkerCorners(late_ns + 1, 10**6, (1.0,) * 8, found=True, boot_id=5))
     finished(rig)
-    assert rig.samples[0].flags == ("disturbed_late_frames",)
+    assert rig.samples[0].flags == ("disturbed_late_frames", "disturbed_two_cameras")
     assert rig.samples[0].disturbed
     assert [sample.run for sample in rig.samples] == [1, 2]
     assert rig.samples[1].flags == ()
     assert any("run 1 was disturbed" in line for line in rig.lines)
+
+
+def last_corners(rig: ScriptedRig) -> MarkerCorners:
+    """The corners that come next, which the machine hears, too."""
+    kept: list[MarkerCorners] = []
+    rig.on_corners = lambda message, _: kept.append(message) or message
+    rig.run(1.0, until=lambda _: bool(kept))
+    rig.on_corners = lambda message, _: message
+    return kept[-1]
+
+
+def test_two_cameras_that_send_at_once_flag_the_run():
+    """A copy of the camera agent, or of its keys, sends frames between those of the true one."""
+    rig = ScriptedRig(Plan(samples=1), friction_rad=0.3)
+    rig.run(60.0, until=good_first)
+    last = last_corners(rig)
+    for number in range(3):
+        for boot_id in (99, last.boot_id):
+            rig.give(dataclasses.replace(last, capture_ns=rig.now_ns + number, seq=number, boot_id=boot_id))
+    finished(rig)
+    assert rig.samples[0].flags == ("disturbed_two_cameras",)
+    assert rig.samples[1].flags == ()
+
+
+def test_a_camera_that_starts_anew_is_one_camera():
+    rig = ScriptedRig(Plan(samples=1), friction_rad=0.3)
+    rig.on_corners = lambda message, rig: dataclasses.replace(message, boot_id=7 if rig.now_ns < 8e9 else 8)
+    assert [sample.flags for sample in finished(rig).samples] == [()]
+
+
+def test_another_mark_is_not_the_block():
+    rig = ScriptedRig(Plan(samples=1), friction_rad=0.3)
+    rig.run(60.0, until=good_first)
+    last = last_corners(rig)
+    away = tuple(one + 40.0 for one in last.corners_px)
+    for number in range(20):
+        rig.give(dataclasses.replace(last, capture_ns=rig.now_ns + number, corners_px=away, marker_id=3))
+    finished(rig)
+    assert rig.samples[0].flags == ()
+    assert rig.samples[0].onset_angle_rad == pytest.approx(0.3, abs=0.02)
+
+
+@pytest.mark.parametrize(("changes", "flags"), [({}, ()), ({"mm_per_px": 0.3}, ("disturbed_calibration",))])
+def test_one_calibration_makes_a_sample(changes: dict[str, float], flags: tuple[str, ...]):
+    """The camera agent says it again now and then; what changes within a run makes a part of it of another scale."""
+    rig = ScriptedRig(Plan(samples=1), friction_rad=0.3)
+    rig.run(60.0, until=good_first)
+    rig.give(dataclasses.replace(GEOMETRY, stamp_ns=rig.now_ns, **changes))
+    assert finished(rig).samples[0].flags == flags
+
+
+def test_a_sample_that_cannot_be_measured_is_none():
+    """A calibration that puts the block a thousand kilometres away would make a sample that nobody can read."""
+    a, b, _, *rest = GEOMETRY.plate_from_pixel
+    far = dataclasses.replace(GEOMETRY, plate_from_pixel=(a, b, 1e12, *rest))
+    rig = ScriptedRig(Plan(samples=1, faults=2), geometry=far)
+    rig.run(240.0, until=lambda rig: bool(rig.fault))
+    assert not rig.samples
+    assert "expected a sample that can be measured" in str(rig.fault)
 
 
 @pytest.mark.parametrize("phase", ["SETTLE", "RETURN", "DONE"])
