@@ -77,13 +77,9 @@ class Point:
 
     @cached_property
     def density(self) -> Array:
-        """The log density (rows,) of each component with what it owes its motion, which several steps ask for."""
-        return self.of_residuals + owed(self.whitening, self.decay, self.plain_decay)
-
-    @cached_property
-    def of_residuals(self) -> Array:
-        """The log density (rows,) of each component by itself."""
-        return log_density(self.white, self.whitening.tail, self.whitening.limit)
+        """The log density (rows,) of each component, which several steps ask for."""
+        density = log_density(self.white, self.whitening.tail, self.whitening.limit)
+        return density + owed(self.whitening, self.decay, self.plain_decay)
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,14 +146,11 @@ class Climb:
         return False
 
     def renew_noise(self) -> bool:
-        """Estimates the noise anew and keeps it where that makes the residuals more likely; True if it was kept.
-
-        What they owe to their own motion tells laws apart and nothing of the noise.
-        """
-        before, kept = self._summed(self.point, self.point.of_residuals), (self.noise, self.point)
+        """Estimates the noise anew and keeps it where that makes the recording more likely; True if it was kept."""
+        before, kept = self._total(self.point), (self.noise, self.point)
         self.noise = noise_of(self.evidence, self.point.at)
         self.point = self._whitened(self.point.vector, self.point.model, self.point.at)
-        if self._summed(self.point, self.point.of_residuals) > before + WORTH_RENEWING:
+        if self._total(self.point) > before + WORTH_RENEWING:
             return True
         self.noise, self.point = kept
         return False
@@ -297,9 +290,6 @@ class Climb:
 
     def _total(self, at: Point) -> float:
         """Returns the log density of the runs that count, and of the numbers' priors."""
-        return self._summed(at, at.density) - 0.5 * float(self.precision @ at.vector**2)
-
-    def _summed(self, at: Point, density: Array) -> float:
-        """Returns the log density of the runs that count, from that of the whitened components (rows,)."""
         counted = self.counts[at.whitening.run]
-        return float(density[counted].sum() - at.whitening.log_scale[self.counts].sum())
+        prior = -0.5 * float(self.precision @ at.vector**2)
+        return float(at.density[counted].sum() - at.whitening.log_scale[self.counts].sum()) + prior

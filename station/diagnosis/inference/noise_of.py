@@ -8,10 +8,9 @@ import numpy as np
 
 from station.diagnosis.likelihood.grouped import grouped_noise
 from station.diagnosis.likelihood.noise import Noise, estimate_noise
-from station.diagnosis.likelihood.student import fitted_tail, log_density
-from station.diagnosis.likelihood.wander import wanders
+from station.diagnosis.likelihood.student import fitted_tail
 from station.diagnosis.likelihood.whitening import Whitening, stack
-from station.diagnosis.observations.channel import ALONG, ONSET
+from station.diagnosis.observations.channel import ONSET
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.onsets import Onsets
 from station.physics.contact import Array
@@ -25,36 +24,9 @@ covariance of a run whose rows share its friction has no Cholesky factor (`stati
 
 def noise_of(evidence: Evidence, at: dict[str, Array]) -> Noise:
     """Returns the noise of the runs that count, from the residuals by channel."""
-    noise = (
-        _ungrouped(evidence, at) if evidence.group is None else with_tails(evidence, at, grouped_noise(evidence, at))
-    )
+    estimate = estimate_noise if evidence.group is None else grouped_noise
+    noise = with_tails(evidence, at, estimate(evidence, at))
     return noise if evidence.floor is None else noise.at_least(evidence.floor)
-
-
-def _ungrouped(evidence: Evidence, at: dict[str, Array]) -> Noise:
-    """Returns the noise with a wander in those channels in which one makes the recording likelier.
-
-    A wander that is shorter than the windows is hardly told from errors of reading, and the search for it takes their
-    tails for one: with it a fit was up to 37 nats less likely, which other laws were credited with (`station diagnose`
-    of `station run --lockstep --samples 120 --seed 40109`: a wear of no size).
-    """
-    wandering = wanders(evidence, at)
-    still = with_tails(evidence, at, estimate_noise(evidence, at))
-    if not wandering:
-        return still
-    moving = with_tails(evidence, at, estimate_noise(evidence, at, wandering))
-    gained = _log_densities(evidence, at, moving) - _log_densities(evidence, at, still)
-    likelier = {channel.name for channel, gain in zip(evidence.channels, gained, strict=True) if gain > 0.0}
-    shared = {ONSET, ALONG} if ALONG in likelier else set[str]()
-    return still.with_channels(moving, (likelier & wandering.keys()) | shared)
-
-
-def _log_densities(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Array:
-    """Returns the log density (channels,) of each channel's residuals, given those of the channels before it."""
-    whitening = Whitening(evidence, noise)
-    density = log_density(whitening(stack(evidence, at)), whitening.tail, whitening.limit) - whitening.log_size
-    counted = evidence.counted[whitening.run]
-    return np.bincount(whitening.channel[counted], density[counted], len(evidence.channels)).astype(np.float64)
 
 
 def with_tails(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Noise:

@@ -12,17 +12,15 @@ run's covariance, the components are Student-t.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 from scipy.stats import norm
 
 from station.diagnosis import thresholds
 from station.diagnosis.likelihood.robust import clipped
-from station.diagnosis.likelihood.wander import Wander
+from station.diagnosis.likelihood.wander import Wander, wanders
 from station.diagnosis.observations.channel import ALONG, ONSET, Channel
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.plate import Times
@@ -30,7 +28,6 @@ from station.physics.contact import Array, Bools
 
 TAILS = (3.0, 4.0, 6.0, 10.0, 20.0, thresholds.GAUSSIAN)
 CENSORED_ROUNDS = 30
-NONE_WANDERS: Mapping[str, Wander] = MappingProxyType({})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,19 +59,6 @@ class Noise:
         rows, share = channel.rows, self.astray.get(channel.name, 1.0)
         return (self.factor[channel.name] * rows.sigma) ** 2 + (share * rows.astray) ** 2
 
-    def with_channels(self, other: Noise, names: Collection[str]) -> Noise:
-        """Returns this noise with that of some channels taken from another; onset and slide share their friction."""
-
-        def mixed(mine: Mapping[str, Any], others: Mapping[str, Any]) -> dict[str, Any]:
-            kept = {name: one for name, one in mine.items() if name not in names}
-            return kept | {name: one for name, one in others.items() if name in names}
-
-        fields = ("own", "factor", "tail", "wander", "astray")
-        friction = other.friction if ALONG in names else self.friction
-        return replace(
-            self, friction=friction, **{name: mixed(getattr(self, name), getattr(other, name)) for name in fields}
-        )
-
     def at_most(self, other: Noise) -> Noise:
         """Returns the smaller of both standard deviations and factors, one by one; the tails and the wander stay."""
         return replace(
@@ -102,13 +86,12 @@ class Noise:
         )
 
 
-def estimate_noise(
-    evidence: Evidence, residuals: Mapping[str, Array], wandering: Mapping[str, Wander] = NONE_WANDERS
-) -> Noise:
+def estimate_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
     """Estimates the noise from residuals by channel with robust moments: within and between runs, between channels.
 
-    Only the runs that count are looked at. `wandering` has the wander of channels that have one.
+    Only the runs that count are looked at.
     """
+    wandering = wanders(evidence, residuals)
     own, factor = dict[str, float](), dict[str, float]()
     means, errors = dict[str, Array](), dict[str, Array]()
     for channel in evidence.channels:

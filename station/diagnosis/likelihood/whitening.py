@@ -28,8 +28,8 @@ class Whitening:
 
     `run`, `channel` (rows,) are each component's run and channel, `block` (rows,) the first run of its group; `limit`
     (rows,) marks the censored ones. `unread` (rows,) is the share of each row's variance, given those before it in its
-    block, that is not the error of its reading. A log density subtracts `log_size` (rows,), the logs of the Cholesky
-    factors' diagonals; `log_scale` (runs,) is each run's sum of them.
+    block, that is not the error of its reading. `log_scale` (runs,) is each run's share of the log of its block's
+    Cholesky determinant, which a log density subtracts.
     """
 
     def __init__(self, evidence: Evidence, noise: Noise, *, shaking: Array | None = None) -> None:
@@ -57,8 +57,6 @@ class Whitening:
         _factorise(rows, self._edges, self._factor_begins, self._factors, self._begins, log_size)
         self.unread: Array = np.empty(len(self.run))
         self.unread[self._order] = 1.0 - reading[self._order] * np.exp(-2.0 * log_size)
-        self.log_size: Array = np.empty(len(self.run))
-        self.log_size[self._order] = log_size
         self.log_scale: Array = np.bincount(self.run[self._order], log_size, evidence.runs).astype(np.float64)
 
     def __call__(self, values: Array) -> Array:
