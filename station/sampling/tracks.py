@@ -70,10 +70,7 @@ class Tracks:
 
     def is_from_another(self, message: MarkerCorners) -> bool:
         """Returns true if a camera's start comes back that frames of a later start have followed: two send."""
-        if self._last is None or message.boot_id == self._last.boot_id:
-            return False
-        self._starts.append(self._last.boot_id)
-        return message.boot_id in self._starts
+        return self._last is not None and message.boot_id != self._last.boot_id and message.boot_id in self._starts
 
     def repeats(self, message: MarkerCorners) -> bool:
         """Returns true if a frame is the one before again: stamped no later, or with the very same corners.
@@ -91,6 +88,8 @@ class Tracks:
 
     def take_corners(self, message: MarkerCorners) -> bool:
         """Takes a frame's corners by the camera's clock, at `frame_ns` by the station's; True if they are usable."""
+        if self._last is not None and message.boot_id != self._last.boot_id:
+            self._starts.append(self._last.boot_id)
         self._last = message
         self.frame_ns = message.capture_ns + self._offsets_ns.get("camera", 0)
         if not usable(message):
