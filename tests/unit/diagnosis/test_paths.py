@@ -84,7 +84,7 @@ def test_what_changes_one_run_alone_is_no_law_of_sliding() -> None:
     """Friction that is steep across a block's way holds a little less at rest, which this run's path may show."""
     paths, one = _paths("kinetic_drop"), np.arange(RUNS) == 3
     across = np.where(one, np.pi / 2, 0.0)
-    contact = paths.contact.changed(way_rad=across, down_rad=across, run=np.arange(RUNS))
+    contact = paths.contact.changed(way_rad=across, down_rad=across, run=np.arange(float(RUNS)))
     patch = catalogue()["friction_patch"]
     model = Model(mu_s=MU, terms=(Term(patch, {**patch.neutral(), "slope_x": 0.2}),))
     paths = Paths(paths.breakaways, contact, paths.law)
