@@ -129,14 +129,16 @@ class SamplingMachine:
 
     def _on_geometry(self, message: CameraGeometry) -> None:
         geometry = message.if_calibrated()
-        self._keep_one(self._tracks.geometry, geometry, stamp={"stamp_ns": 0})
+        self._flag_a_change(self._tracks.geometry, geometry, stamp={"stamp_ns": 0})
         self._tracks.geometry = geometry
 
     def _on_lens(self, message: CameraCalibration) -> None:
-        self._keep_one(self._tracks.lens, message, stamp={"timestamp": Timestamp()})
+        self._flag_a_change(self._tracks.lens, message, stamp={"timestamp": Timestamp()})
         self._tracks.lens = message
 
-    def _keep_one(self, before: _Calibration | None, now: _Calibration | None, *, stamp: Mapping[str, Any]) -> None:
+    def _flag_a_change(
+        self, before: _Calibration | None, now: _Calibration | None, *, stamp: Mapping[str, Any]
+    ) -> None:
         """Marks a run of which a part was measured by another calibration; one that is sent again is the same."""
         if before is None or now is None or self._state.phase not in MEASURING:
             return

@@ -19,6 +19,8 @@ from station.signals.traced import trace
 _ATTITUDES = 600
 _FRAMES = 540
 _STARTS = 64
+"""The starts of the camera agent that are remembered: it starts a few times in a session, and ids that somebody makes
+up must not fill the memory (`pytest tests/unit/sampling/test_machine.py -k camera` has two)."""
 
 
 def usable(message: MarkerCorners) -> bool:

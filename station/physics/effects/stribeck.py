@@ -28,7 +28,7 @@ class Stribeck(Effect):
 
     id: ClassVar[str] = "stribeck"
     title: ClassVar[str] = "fall of friction with speed"
-    law: ClassVar[str] = "mu(v) = mu_s (1 - d (1 - s)), s = exp(-(v / v_s)^n), or 1 / (1 + (v / v_s)^2) (d = 0)"
+    law: ClassVar[str] = "mu(v) = mu_s (1 - d (1 - s)), s from exp(-(v / v_s)^n) to 1 / (1 + (v / v_s)^2) (d = 0)"
     source: ClassVar[str] = (
         "Stribeck 1902; Bo & Pavelescu 1982, Wear 82, 277 (the exponential form); Hess & Soom 1990, J. Tribol. 112, "
         "147 (the Lorentzian); Armstrong-Hélouvry et al. 1994, Automatica 30, 1083 (the Gaussian)"
