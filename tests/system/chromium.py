@@ -9,6 +9,7 @@ import base64
 import contextlib
 import json
 import os
+import select
 import shutil
 import subprocess
 import sys
@@ -25,6 +26,12 @@ DRAWS_WITHOUT_A_CARD = ("--enable-unsafe-swiftshader", "--use-angle=swiftshader"
 """Words with which it draws what needs a graphics card, slowly, on a machine without one."""
 _FIRST_FREE = 10
 """Numbers of files from here on are neither standard streams nor the two that the browser reads and writes."""
+
+_NICE = 3
+"""A niceness of 3 of 19 gives half of an ordinary process's share; with 10 a page beside four busy programs on two
+processors did not answer within 150 s."""
+_DROP_FROM_BOUNDING_SET, _CAP_SYS_NICE = 24, 23
+"""Numbers of Linux: prctl(2) and capabilities(7)."""
 
 
 def binary() -> str:
@@ -53,16 +60,18 @@ class Page:
             asked["sessionId"] = self._session
         os.write(self._writing, json.dumps(asked).encode() + b"\0")
         end = time.monotonic() + PATIENCE_S
-        while time.monotonic() < end:
-            message = self._next()
+        while message := self._next(end):
             if message.get("id") == self._number:
                 assert "error" not in message, f"{method}: {message['error']}"
                 return message["result"]
             self._notice(message)
         raise AssertionError(f"{method} was not answered within {PATIENCE_S:g} s")
 
-    def _next(self) -> dict[str, Any]:
+    def _next(self, end: float) -> dict[str, Any]:
+        """Returns the next message; nothing where none comes until then (s on the monotonic clock)."""
         while b"\0" not in self._rest:
+            if not select.select([self._reading], [], [], max(end - time.monotonic(), 0.0))[0]:
+                return {}
             got = os.read(self._reading, 1 << 16)
             assert got, f"the browser ended with status {self._process.poll()}"
             self._rest += got
@@ -137,9 +146,11 @@ def browser(folder: Path, *more: str) -> Generator[Page]:
     words = [binary(), "--headless", "--remote-debugging-pipe", f"--user-data-dir={folder}", "--no-first-run"]
     # A container has no namespaces for its sandbox; the pages are our own.
     words += ["--no-sandbox", "--disable-dev-shm-usage", "--disable-background-networking", *more, "about:blank"]
-    # Where it draws without a card it would take a core from the rig that it shows, for as long as it runs.
-    begin = f"import os, sys; os.nice(10); os.dup2({high[0]}, 3); os.dup2({high[1]}, 4); "
-    begin += "os.execv(sys.argv[1], sys.argv[1:])"
+    # Where it draws without a card it would take a core from the rig that it shows, for as long as it runs. As root it
+    # would even give its drawing process a niceness of -8, which starves the rig and its own page: it loses that right.
+    begin = "import ctypes, os, sys; "
+    begin += f"sys.platform == 'linux' and ctypes.CDLL(None).prctl({_DROP_FROM_BOUNDING_SET}, {_CAP_SYS_NICE}); "
+    begin += f"os.nice({_NICE}); os.dup2({high[0]}, 3); os.dup2({high[1]}, 4); os.execv(sys.argv[1], sys.argv[1:])"
     python = [sys.executable, "-c", begin, *words]
     process = subprocess.Popen(python, pass_fds=high, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     for each in (theirs, answers, *high):
