@@ -99,6 +99,8 @@ class Bus(Protocol):
 
     malformed: Counter[str]
     """The number of payloads, by topic or service, that were no message of it: they were dropped and reached nobody."""
+    duplicates: Counter[str]
+    """The number of messages, by recovered topic, that came a second time and reached nobody again."""
 
     def leave_out(self, name: str, error: UserError) -> None:
         """Counts a message as `malformed` of which its handler alone can tell that it is none; the log says why."""

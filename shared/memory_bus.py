@@ -25,6 +25,8 @@ class MemoryBus:
         self._last_receive_ns = 0
         self.malformed: Counter[str] = Counter()
         """Messages that a handler left out: they are passed as objects, and there is nothing to parse."""
+        self.duplicates: Counter[str] = Counter()
+        """None: nothing is sent twice here."""
         self._handlers: dict[str, list[Handler]] = defaultdict(list)
         self._routes: dict[str, tuple[Handler, ...]] = {}
         self._servers: dict[str, Server] = {}

@@ -33,6 +33,7 @@ from shared.clock import Clock, SystemClock
 from shared.errors import UserError
 from shared.messages import Message
 from shared.outbox import Outbox
+from shared.repeats import Repeats
 from shared.rig import RigConfig
 from shared.visible import sentence
 
@@ -135,6 +136,8 @@ class ZenohBus:
         self._recovering: dict[str, Any] = {}
         self.malformed: Counter[str] = Counter()
         """Messages by topic or service that did not parse or were another's, and were left out."""
+        self.duplicates: Counter[str] = Counter()
+        """Messages by topic that a cache gave a second time."""
         os.environ.setdefault("ZENOH_RUNTIME", f"(rx: (worker_threads: {_RECEIVERS}))")  # no entry of the configuration
         zenoh.try_init_log_from_env()  # silent without RUST_LOG
         try:
@@ -268,8 +271,10 @@ class ZenohBus:
 
         Zenoh may call from several threads. Under the lock every message gets a later stamp than the one before, and
         takes its place in every queue, so that a recording sorted by receive time is exactly what the handlers saw.
+        None of them sees what a cache gives a second time.
         """
         skip, handlers = len(self._prefix) + 1, self._handlers[topic]
+        repeats = Repeats(topics.TOPICS[topic].traffic.cache if topic in topics.TOPICS else 0)
 
         def callback(sample: zenoh.Sample) -> None:
             name = str(sample.key_expr)[skip:]
@@ -283,6 +288,9 @@ class ZenohBus:
                 self.leave_out(name, error)
                 return
             with self._arrival:
+                if repeats.seen(payload):
+                    self.duplicates[name] += 1
+                    return
                 self._last_receive_ns = max(self._clock.now_ns(), self._last_receive_ns + 1)
                 received = Received(name, self._last_receive_ns, message, payload=payload)
                 for handler, direct in tuple(handlers):

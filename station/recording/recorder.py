@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import queue
 import threading
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
@@ -27,7 +27,8 @@ _UNRECORDED = frozenset(name for name, line in topics.TOPICS.items() if not line
 class Counts:
     """Messages by topic: recorded, dropped (queue full), missed (lost on the bus), duplicates (sent twice).
 
-    `malformed` are payloads that were no message of their topic: the bus handed them to nobody.
+    `malformed` are payloads that were no message of their topic. The bus hands these and duplicates to nobody, so that
+    a recording has what its session heard.
     """
 
     recorded: dict[str, int]
@@ -66,27 +67,6 @@ def record_within(bus: Bus, recording: Sink) -> None:
     bus.subscribe("**", write, direct=True)
 
 
-class _Repeats:
-    """Knows the last messages of a recovered topic: after a restart its cache sends some of them again.
-
-    A message is the same when its bytes are, which hold boot id, sequence number and capture time.
-    """
-
-    def __init__(self, size: int) -> None:
-        self._order: deque[bytes] = deque()
-        self._known: set[bytes] = set()
-        self._size = size
-
-    def seen(self, payload: bytes) -> bool:
-        if payload in self._known:
-            return True
-        self._known.add(payload)
-        self._order.append(payload)
-        if len(self._order) > self._size:
-            self._known.discard(self._order.popleft())
-        return False
-
-
 class Recorder:
     """A thread that records a live bus. It starts at once; `close` ends it and the recording.
 
@@ -113,13 +93,9 @@ class Recorder:
         self._dropped: Counter[str] = Counter()
         self._missed: Counter[str] = Counter()
         self._recorded: Counter[str] = Counter()
-        self._duplicates: Counter[str] = Counter()
         self._reported: Counter[tuple[str, str]] = Counter()
         self._report_after_ns = 0
         self._closing = False
-        self._repeats = {
-            name: _Repeats(line.traffic.cache) for name, line in topics.TOPICS.items() if line.traffic.cache
-        }
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
         self._thread.start()
         self._subscribe(bus)
@@ -183,10 +159,6 @@ class Recorder:
             with self._lock:
                 self._dropped[received.topic] += 1
             return
-        repeats = self._repeats.get(received.topic)
-        if repeats is not None and repeats.seen(received.payload):
-            self._duplicates[received.topic] += 1
-            return
         self._recording.write(received)
         self._recorded[received.topic] += 1
 
@@ -238,7 +210,7 @@ class Recorder:
             recorded=dict(self._recorded),
             dropped=dropped,
             missed=dict(self._missed),
-            duplicates=dict(self._duplicates),
+            duplicates=dict(self._bus.duplicates),
             malformed=dict(self._bus.malformed),
         )
 

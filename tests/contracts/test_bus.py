@@ -6,6 +6,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Generator
+from dataclasses import replace
 
 import pytest
 
@@ -101,6 +102,24 @@ def test_everything_is_one_subscription_too(pair: Pair):
     one.publish("session/event", RunEvent(phase="TILT"))
     one.publish("camera/corners", corners(1))
     wait(lambda: {"session/event", "camera/corners"} <= set(got), one, other)
+
+
+def test_what_is_sent_a_second_time_is_heard_once():
+    """A cache gives some of its messages again after a lost link; another life of the agent is not the same frame."""
+    at = endpoint()
+    with ZenohBus("contract", listen=[at]) as one, ZenohBus("contract", connect=[at]) as other:
+        connected((one, other))
+        heard, recorded = list[Received](), list[Received]()
+        other.subscribe("camera/corners", heard.append)
+        other.subscribe("camera/corners", recorded.append, direct=True)
+        settled(one, other)
+        later = replace(corners(0), boot_id=2)
+        for message in (*map(corners, (0, 1, 2, 1, 2, 3)), later):
+            one.publish("camera/corners", message)
+        wait(lambda: bool(heard) and heard[-1].message == later, one, other)
+    assert [item.message for item in heard] == [*map(corners, range(4)), later]
+    assert [item.payload for item in recorded] == [item.payload for item in heard]
+    assert other.duplicates == {"camera/corners": 2}
 
 
 def test_two_handlers_of_one_topic_both_hear(pair: Pair):

@@ -1,0 +1,14 @@
+"""What a cache gives again is known by its bytes, as far back as the cache goes."""
+
+from shared.repeats import Repeats
+
+
+def test_a_payload_is_seen_again_while_it_is_among_the_last() -> None:
+    last = Repeats(2)
+    seen = [last.seen(each) for each in (b"a", b"b", b"a", b"c", b"b", b"a")]
+    assert seen == [False, False, True, False, True, False]
+
+
+def test_without_a_cache_nothing_is_a_repeat() -> None:
+    none = Repeats(0)
+    assert not any(none.seen(b"a") for _ in range(3))
