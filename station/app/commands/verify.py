@@ -13,7 +13,7 @@ import json
 from pathlib import Path
 
 from shared.visible import visible
-from station.app.signature import keys_folder
+from station.app.signature import Signature, keys_folder
 from station.app.verifying import Verification, signature_line, verify
 
 NAME = "verify"
@@ -45,8 +45,14 @@ def run(options: argparse.Namespace) -> int:
 def _print(found: Verification) -> None:
     for part in found.parts:
         print(visible(f"{_SIGNS[part.state]} {part.name:<10}{part.state}: {part.sentence}"))
-    signed = "–" if found.signature is None else "✗" if found.signature.fault else "✓"
-    print(visible(f"{signed} {'signature':<10}{signature_line(found.signature)}"))
+    print(visible(f"{_signed(found.signature)} {'signature':<10}{signature_line(found.signature)}"))
     print(f"  sha256    {found.sha256}")
     if found.first is not None:
         print(visible(f"First difference: {found.first}"))
+
+
+def _signed(signature: Signature | None) -> str:
+    """Returns the sign of a signature; one that anybody's key may have made says as little as none."""
+    if signature is None or not (signature.fault or signature.authority):
+        return "–"
+    return "✗" if signature.fault else "✓"

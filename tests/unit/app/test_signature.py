@@ -48,7 +48,9 @@ def test_it_says_who_signed(capsys: pytest.CaptureFixture[str]) -> None:
 def test_without_keys_it_says_that_only_they_tell_whose_it_is(capsys: pytest.CaptureFixture[str]) -> None:
     assert said(capsys, status=0)["authority"] is False
     assert main(["verify", "session.mcap"]) == 0
-    assert "whose that is only the rig's --keys tell" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "whose that is only the rig's --keys tell" in printed
+    assert "– signature" in printed, "anybody has a key of his own"
 
 
 @pytest.mark.usefixtures("here")
