@@ -1,4 +1,4 @@
-"""What a recovered topic sends a second time: after a restart or a lost link its cache gives some messages again."""
+"""Messages of a recovered topic that come twice: after a restart or a lost link its cache gives some again."""
 
 from collections import deque
 

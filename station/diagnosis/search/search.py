@@ -8,7 +8,7 @@ the end every term is compared once more with what could stand in its place besi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -20,18 +20,11 @@ from station.diagnosis.inference.fit import Fit, fit
 from station.diagnosis.inference.level import levelled
 from station.diagnosis.likelihood.systematic import allowing_for, claimable
 from station.diagnosis.observations.evidence import Evidence
-from station.diagnosis.search.by_paths import with_path_evidence
-from station.diagnosis.search.candidates import (
-    Begins,
-    Candidate,
-    Fitter,
-    candidates_of,
-    place_candidate,
-    single_candidates,
-)
+from station.diagnosis.search.candidates import Begins, Candidate, Fitter, candidates_of, place_candidate
 from station.diagnosis.search.coinciding import Coinciding
 from station.diagnosis.search.comparison import Comparison, revised
-from station.diagnosis.search.excused import excused, is_misfit_of_law
+from station.diagnosis.search.excused import is_misfit_of_law
+from station.diagnosis.search.full_fits import in_full
 from station.diagnosis.search.places import places_of
 from station.diagnosis.search.shared_terms import SharedTerms
 from station.diagnosis.search.smooth import smooth_terms
@@ -41,13 +34,7 @@ from station.physics.effect import Effect
 from station.physics.model import Model
 from station.physics.smooth import is_smooth
 
-FULL_FITS = {"single": 7, "pair": 5, "smooth": 5}
-"""The number of candidates of each kind that a stage fits in full, by their scores."""
-
 NONE_COINCIDE = Coinciding()
-
-LEADING, PARTNERS = 3, 3
-"""The number of leading single effects, and of partners that each is fitted with in full."""
 
 Progress = Callable[[str], None]
 
@@ -165,7 +152,7 @@ def _stage(
     if stage.global_p >= (thresholds.ALARM if first else thresholds.NEXT):
         return stage
     progress("fitting the best candidates in full")
-    ranked = _in_full(fitter, current, stage.candidates, _rest(current, offered, coinciding))
+    ranked = in_full(fitter, current, stage.candidates, _rest(current, offered, coinciding))
     standing = [spot for spot in stage.places if spot.place and not is_trifling_place(scored, spot.place)]
     chosen = _chosen(fitter, current, ranked, standing)
     return replace(stage, candidates=tuple(ranked), chosen=chosen)
@@ -215,55 +202,6 @@ def _column_count(evidence: Evidence, effects: Sequence[Effect]) -> int:
     return sum(
         not parameter.is_shape for effect, _ in variants_of(evidence, effects) for parameter in effect.parameters
     )
-
-
-def _in_full(fitter: Fitter, current: Fit, ranked: Sequence[Candidate], offered: Sequence[Effect]) -> list[Candidate]:
-    """Returns the best of each kind, fitted in full and ranked again without those that are not credible.
-
-    The others follow.
-    """
-    kinds: dict[str, list[Candidate]] = {kind: [] for kind in FULL_FITS}
-    for candidate in ranked:
-        kinds[_kind(candidate)].append(candidate)
-    best = [
-        one for kind, many in kinds.items() for one in many[: FULL_FITS[kind]] if one.twice_gain > thresholds.PROMISING
-    ]
-    full = {one.key: fitter.fitted(current, one) for one in best}
-    for pair in _partnered(fitter, kinds["pair"], full.values(), offered):
-        if pair.key not in full:
-            full[pair.key] = fitter.fitted(current, pair)
-    good = with_path_evidence(fitter, [candidate for candidate in full.values() if candidate.credible])
-    good = excused(fitter, current, good)
-    rest = [candidate for candidate in ranked if candidate.key not in full]
-    return [*sorted(good, key=lambda candidate: -candidate.twice_log_odds), *rest]
-
-
-def _partnered(
-    fitter: Fitter, pairs: Sequence[Candidate], full: Iterable[Candidate], offered: Sequence[Effect]
-) -> Iterator[Candidate]:
-    """Yields the pairs of the best single effects with the best partners for what each leaves.
-
-    Where an effect is strong, the scatter before it is fitted is too large to rank anything beside it by its score.
-    """
-    known = {pair.key: pair for pair in pairs}
-    alone = [one for one in full if _kind(one) == "single" and one.credible and one.twice_log_odds > 0]
-    for one in sorted(alone, key=lambda single: -single.twice_log_odds)[:LEADING]:
-        for partner in _partners(fitter, one, offered)[:PARTNERS]:
-            pair = known.get(tuple(sorted((*one.key, *partner.key))))
-            if pair is not None and partner.twice_gain > thresholds.PROMISING:
-                yield replace(pair, starts=(*one.starts, *partner.starts))
-
-
-def _partners(fitter: Fitter, single: Candidate, offered: Sequence[Effect]) -> list[Candidate]:
-    """Returns the named effects by their scores around a single effect's fit."""
-    if single.fitted is None:
-        return []
-    rest = [effect for effect in offered if effect not in single.effects and not is_smooth(effect)]
-    return sorted(single_candidates(fitter.evidence, single.fitted, rest), key=lambda partner: -partner.twice_log_odds)
-
-
-def _kind(candidate: Candidate) -> str:
-    return "smooth" if candidate.smooth else "single" if len(candidate.effects) == 1 else "pair"
 
 
 def _chosen(fitter: Fitter, current: Fit, ranked: Sequence[Candidate], spots: Sequence[Candidate]) -> Candidate | None:

@@ -20,7 +20,7 @@ ROUNDING = 1e-6
 
 SETTINGS: dict[str, str] = {
     "how many candidates are fitted in full, by rank: a budget of time": """
-        search.search:FULL_FITS search.search:LEADING search.search:PARTNERS search.comparison:ROUNDS
+        search.full_fits:FULL_FITS search.full_fits:LEADING search.full_fits:PARTNERS search.comparison:ROUNDS
         search.comparison:NAMED_FITS search.comparison:SMOOTH_FITS inference.columns:MOST_VARIANTS
         inference.calibration:DRAWS search.smooth:MOST_POWERS search.smooth:SWINGS""",
     "steps, tolerances, starts and grids of a search for a maximum, which is the same with others": """

@@ -1,4 +1,4 @@
-"""What a cache gives again is known by its bytes, as far back as the cache goes."""
+"""A repeat is known by its bytes, as far back as the cache of its topic goes."""
 
 from shared.repeats import Repeats
 
