@@ -100,7 +100,7 @@ def examined(
     if evidence.slide_tracks is not None and not rig_offsets.is_near(evidence.rig_offsets):
         progress("reading the slips again by the clocks and the pivot that were found")
         evidence, _ = _evidence(recorded, chosen, progress, rig_offsets)
-        found = staged(evidence)
+        found = staged(evidence, begins=found.fitter.ends())
     found = search(found, rng, progress)
     progress("predicting each fold of the runs by the others")
     folds = folding(evidence, effects, found, fold=assigned(evidence, rng), seed=seed, jobs=jobs)

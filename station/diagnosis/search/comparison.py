@@ -125,16 +125,21 @@ def _comparison(
     rest = [one for one in offered if one.id not in known and not fitter.coinciding.repeats(one, known)]
     ranked, null = tested_alone(fitter.evidence, without, rest, rng)
     by_chance = null.corrected(min(one.p for one in ranked))
-    ranked.sort(key=lambda candidate: -candidate.twice_log_odds)
-    named = [one for one in ranked if not one.smooth and one.key != (effect.id,)][:NAMED_FITS]
-    smooth = [one for one in ranked if one.smooth and one.key != (effect.id,)][:SMOOTH_FITS]
-    own = [one for one in ranked if one.key == (effect.id,)]
-    twins = [one for one in best_of_each(fitter, ranked) if one not in own + named + smooth]
-    full = [fitter.fitted(without, one) for one in [*own, *named, *smooth, *twins]]
+    full = [fitter.fitted(without, one) for one in to_fit(fitter, ranked, effect)]
     good = with_path_evidence(fitter, [one for one in full if one.credible or one.key == (effect.id,)])
     good = excused(fitter, without, good)
     good.sort(key=lambda candidate: -candidate.twice_log_odds)
     return Comparison(without, tuple(good), by_chance)
+
+
+def to_fit(fitter: Fitter, ranked: Sequence[Candidate], effect: Effect) -> list[Candidate]:
+    """Returns an effect's own candidate, and the best others by their scores that promise anything."""
+    ranked = sorted(ranked, key=lambda candidate: -candidate.twice_log_odds)
+    own = [one for one in ranked if one.key == (effect.id,)]
+    named = [one for one in ranked if not one.smooth and one not in own][:NAMED_FITS]
+    smooth = [one for one in ranked if one.smooth and one not in own][:SMOOTH_FITS]
+    twins = [one for one in best_of_each(fitter, ranked) if one not in own + named + smooth]
+    return own + [one for one in named + smooth + twins if one.twice_gain > thresholds.PROMISING]
 
 
 def _less(fitter: Fitter, current: Fit, effect: Effect) -> Fit:

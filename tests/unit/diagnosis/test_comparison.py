@@ -8,7 +8,9 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 from station.diagnosis.likelihood.systematic import allowing_for
-from station.diagnosis.search.comparison import weakest_first
+from station.diagnosis.search.candidates import Candidate
+from station.diagnosis.search.coinciding import Coinciding
+from station.diagnosis.search.comparison import to_fit, weakest_first
 from station.physics.catalogue import catalogue
 from station.physics.effect import Effect
 from station.physics.model import Model, Term
@@ -50,3 +52,15 @@ def test_each_term_is_taken_out_once() -> None:
     fitter = Fitter()
     weakest_first(cast("Any", fitter), fitted(*LOST))
     assert len(fitter.asked) == len(LOST)
+
+
+def candidate(name: str, twice_gain: float) -> Candidate:
+    effect = catalogue()[name]
+    return Candidate((effect,), (), None, twice_gain, 1, 0.0, twice_gain, 0.1)
+
+
+def test_what_promises_nothing_is_not_fitted_in_a_term_s_place() -> None:
+    """The term itself is, whatever its score says."""
+    ranked = [candidate("viscous", 0.0), candidate("stribeck", 1.0), candidate("wear", 12.0)]
+    fitter = cast("Any", SimpleNamespace(coinciding=Coinciding()))
+    assert [one.key for one in to_fit(fitter, ranked, catalogue()["stribeck"])] == [("stribeck",), ("wear",)]
