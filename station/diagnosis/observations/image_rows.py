@@ -56,7 +56,7 @@ def rest_channel(recorded: Recorded) -> Sequence[Channel]:
     view, level = view_of(now, recorded), view_of(before, recorded)
     moved = now["pose"][:, :2] - before["pose"][:, :2]
     sigma = now["sigma_m"] * np.sqrt(1 / now["frames"] + 1 / before["frames"])
-    creeping, creep_s = _creeping(now, recorded)
+    creeping, creep_s = _creeping(now, _places(before, now), recorded)
     known = {
         name: values[CREEP_POINTS - 1 :: CREEP_POINTS] for name, values in covariates_of(creeping.reported).items()
     }
@@ -89,8 +89,25 @@ def _resting(recorded: Recorded, run: int, track: RunTrack) -> Iterator[tuple[An
             yield level, now
 
 
-def _creeping(stretches: Stretches, recorded: Recorded) -> tuple[Moments, Array]:
+def _places(before: Stretches, now: Stretches) -> Array:
+    """Returns where each run's block rested (n, 2), m: the mean of all frames of its stretches.
+
+    That mean's noise is uncorrelated with any stretch's motion `now` less `before`, as each stretch has as many frames
+    as its precision says. A stretch's own place has half its noise in common with its motion: where all blocks start
+    from one spot, they seemed to move by where they stand.
+    """
+    _, first, run = np.unique(now["run"], return_index=True, return_inverse=True)
+    begin = before[first]
+    frames = begin["frames"] + np.bincount(run, now["frames"])
+    total = begin["frames"][:, None] * begin["pose"][:, :2]
+    np.add.at(total, run, now["frames"][:, None] * now["pose"][:, :2])
+    return np.asarray((total / frames[:, None])[run])
+
+
+def _creeping(stretches: Stretches, place_m: Array, recorded: Recorded) -> tuple[Moments, Array]:
     """Returns CREEP_POINTS moments for each stretch, the block at rest, and how long (n, CREEP_POINTS), s, each counts.
+
+    The block stays at `place_m` (n, 2).
 
     They lie evenly between the begin of the tilt and the stretch's end, but for the last, which is the stretch's middle
     and does not count. The stretch's mean motion has all that was crept before it, and of what is crept in it the share
@@ -102,14 +119,14 @@ def _creeping(stretches: Stretches, recorded: Recorded) -> tuple[Moments, Array]
     after = np.clip((last - even) / np.maximum(last - first, 1), 0.0, 1.0)
     weight_s = np.column_stack([1e-9 / count * (last - begin) * after, np.zeros(len(stretches))])
     time_ns = np.column_stack([even, (first + last) // 2]).ravel()
-    pose, plate = np.repeat(stretches["pose"], CREEP_POINTS, axis=0), recorded.plate
+    yaw_rad, plate = np.repeat(stretches["pose"][:, 2], CREEP_POINTS), recorded.plate
     moments = Moments(
         time_ns=time_ns,
         run=np.repeat(stretches["run"], CREEP_POINTS),
         facts=recorded.facts,
         attitude=lambda delay_s: plate.at(time_ns, delay_s=delay_s),
-        place_m=pose[:, :2],
-        yaw_rad=pose[:, 2],
+        place_m=np.repeat(place_m, CREEP_POINTS, axis=0),
+        yaw_rad=yaw_rad,
     )
     return moments, weight_s
 
