@@ -8,10 +8,12 @@ recorded ones are, as far as these had gone when their slips were noticed.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from shared.messages import Sample
 from shared.rig import RigConfig
 from station.physics.contact import Array
 from station.physics.model import Model, Term
@@ -22,9 +24,16 @@ from station.simulators.own_level import OwnLevel
 from station.simulators.recorded_runs import Poses, RecordedRun, numbers, poses_of, recorded_runs
 from station.simulators.simulator import Simulator
 
-LEVELLED = 3
-"""The rounds in which the levels are found."""
+MOST_ROUNDS, LEVEL = 8, 1e-3
+"""Levels are sought in at most so many rounds, until each run's friction is known to this share: a thousandth is 0.02°
+of an onset at 20°. Most sessions need three or four."""
+BEYOND = 1.1
+"""A block that held is taken to have at least this factor on the friction of the steepest tilt. That tilt alone is some
+per cent above its recorded onset: a run with two thirds of the usual friction held for ten rounds, and its path was
+36 mm off (`pytest tests/unit/simulators/test_rerun.py -k held`)."""
 _LEVELS = (0.3, 3.0)
+LEAST_FRICTION = 1e-3
+"""It guards a division."""
 
 
 def levelled(
@@ -38,17 +47,18 @@ def levelled(
     runs = [run for run in every if run.sample is not None and not run.sample.censored and not run.velocity.any()]
     if not runs:
         return simulated
-    index = {run.run: int(own) for run, own in zip(every, numbers(every), strict=True)}
+    index = {run.run: int(number) for run, number in zip(every, numbers(every), strict=True)}
     poses = poses_of(recorded)
     slides = [Slide.of(recorded, poses, run, reading) for run in runs]
+    own = np.array([index[slide.run.run] for slide in slides])
     factor = np.ones(max(index.values()) + 1)
-    for _ in range(LEVELLED):
-        poses = poses_of(simulated)
-        for slide in slides:
-            factor[index[slide.run.run]] *= _change(slide, simulated, poses, reading)
-        factor = np.clip(factor, *_LEVELS)
-        own = model.with_term(Term(OwnLevel(factor), {"on": 1.0}))
-        simulated = engine.repeat(recorded, own, rig=rig)
+    for _ in range(MOST_ROUNDS):
+        change = _changes(slides, simulated, factor[own], reading)
+        level = np.clip(factor[own] * change, *_LEVELS)
+        if np.abs(np.log(level / factor[own])).max() < LEVEL:
+            break
+        factor[own] = level
+        simulated = engine.repeat(recorded, model.with_term(Term(OwnLevel(factor.copy()), {"on": 1.0})), rig=rig)
     return simulated
 
 
@@ -75,17 +85,38 @@ class Slide:
         return replace(unread, onset_rad=_read_rad(unread, recorded, poses, reading))
 
 
-def _change(slide: Slide, simulated: Signals, poses: Poses, reading: Traced | None) -> float:
-    """Returns the change of a run's friction that moves its onset to where it was recorded."""
+def _changes(slides: Sequence[Slide], simulated: Signals, factor: Array, reading: Traced | None) -> Array:
+    """Returns the changes (r,) of the runs' friction that move their onsets to where they were recorded.
+
+    `factor` (r,) are those on the friction of the simulation, which a block that held there does not tell: it is taken
+    to be the usual one of the runs that slid, times the run's own factor.
+    """
+    poses, samples = poses_of(simulated), {sample.run: sample for sample in simulated.samples}
+    there = [samples.get(slide.run.run) for slide in slides]
+    pairs = [
+        (math.nan, math.nan) if sample is None else _onsets(slide, sample, simulated, poses, reading)
+        for slide, sample in zip(slides, there, strict=True)
+    ]
+    was, now = np.maximum(np.tan(np.array(pairs).T), LEAST_FRICTION)
+    held = np.array([sample is not None and sample.censored for sample in there])
+    slid = ~held & np.isfinite(now)
+    usual = float(np.median(now[slid] / factor[slid])) if slid.any() else 0.0
+    now[held] = np.maximum(usual * factor[held], BEYOND * now[held])
+    return np.nan_to_num(was / now, nan=1.0)
+
+
+def _onsets(
+    slide: Slide, sample: Sample, simulated: Signals, poses: Poses, reading: Traced | None
+) -> tuple[float, float]:
+    """Returns a run's onset as recorded and as simulated, rad, both read alike where both can be.
+
+    The onset of a block that held in the simulation is the steepest tilt.
+    """
     assert slide.run.sample is not None
-    sample = next((sample for sample in simulated.samples if sample.run == slide.run.run), None)
-    if sample is None:
-        return 1.0
     read_rad = math.nan if sample.censored else _read_rad(slide, simulated, poses, reading)
     if math.isfinite(read_rad) and math.isfinite(slide.onset_rad):
-        return math.tan(slide.onset_rad) / max(math.tan(read_rad), 1e-3)
-    # The friction of a block that held in the simulation is above the steepest tilt, which is its onset then.
-    return math.tan(slide.run.sample.onset_angle_rad) / max(math.tan(sample.onset_angle_rad), 1e-3)
+        return slide.onset_rad, read_rad
+    return slide.run.sample.onset_angle_rad, sample.onset_angle_rad
 
 
 def _read_rad(slide: Slide, signals: Signals, poses: Poses, reading: Traced | None) -> float:

@@ -2,8 +2,8 @@
 
 Each run's own draw of the friction is not known: with the mean model a run's error holds its scatter, too. So the same
 is told with each run's own level, found by simulating again with the friction that moves its onset to the recorded one;
-what is then left of the onset is what a level cannot repair within `LEVELLED` rounds (a run that never slid, say), and
-of the path what the model has wrong about the slide.
+what is then left of the onset is what a level cannot repair within `MOST_ROUNDS` rounds (a run that never slid, say),
+and of the path what the model has wrong about the slide.
 """
 
 from __future__ import annotations

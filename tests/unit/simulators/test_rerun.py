@@ -72,6 +72,20 @@ def test_a_slide_that_a_drag_slows_is_read_alike_in_both() -> None:
     assert path[1]["path_rmse_mm"] < 0.1
 
 
+@pytest.mark.parametrize("times", [1.5, 1.8])
+def test_blocks_that_held_in_the_simulation_come_down_to_their_levels(times: float) -> None:
+    """The plates went no steeper than for the recorded friction, at which a larger one holds."""
+    high = Model(mu_s=times * MU)
+    plain = simulator("planar").repeat(truth(), high, rig=golden()[1])
+    assert all(sample.censored for sample in plain.samples)
+    right = with_effect("kinetic_drop", drop=DROP)
+    table = rerun(truth(), high, replace(right, mu_s=times * MU), rig=golden()[1], engine="planar").table()
+    assert table["before"]["own_level"]["onset_rmse_deg"] < 0.05
+    assert table["before"]["own_level"]["path_rmse_mm"] > 5.0
+    assert table["after"]["own_level"]["onset_rmse_deg"] < 0.05
+    assert table["after"]["own_level"]["path_rmse_mm"] < 0.5
+
+
 def test_what_a_simulation_made_of_itself_is_exact() -> None:
     found = errors(truth(), truth())
     assert found.onset_deg == pytest.approx([0.0, 0.0, 0.0])
