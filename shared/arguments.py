@@ -13,7 +13,20 @@ from typing import Any, NoReturn
 WIDTH = 120
 """The most letters in a line of a help's text, as in the sources: longer lines are hard to follow."""
 
-_NUMBERS: dict[Any, str] = {int: "a whole number", float: "a number"}
+
+def seed_of(word: str) -> int:
+    """Returns the seed of random choices that a word gives: a whole number of 0 or more.
+
+    Raises:
+        ValueError: if it gives none.
+    """
+    number = int(word)
+    if number < 0:
+        raise ValueError(number)
+    return number
+
+
+_NUMBERS: dict[Any, str] = {int: "a whole number", float: "a number", seed_of: "a whole number of 0 or more"}
 """The words for what a number's type stands for."""
 
 

@@ -77,8 +77,10 @@ def test_the_law_of_the_pages_fixed_slope_is_named(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("noise_m", ["2e-5", "1e-4"])
 def test_blocks_that_all_start_from_one_spot_do_not_move_by_where_they_stand(noise_m: str, tmp_path: Path) -> None:
-    """The first example of the page, with one friction alone. Where a block seems to stand had half its motion's noise:
-    of seven such tables six were told from chance, and four had a finding."""
+    """The first example of the page has one friction alone.
+
+    Where a block seemed to stand had half its motion's noise: of seven such tables four had a finding.
+    """
     text = tracks_of_the_page(noise_m)["tracks.csv"]
     (tmp_path / "tracks.csv").write_text(text, encoding="utf-8")
     write(tracks.read(tmp_path / "tracks.csv", onset=estimate_onset), tmp_path / "tracks.mcap")

@@ -15,6 +15,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from shared.arguments import seed_of
 from shared.errors import UserError
 from shared.system import desktop
 from station.app.analysis_files import FIGURES_RRD
@@ -40,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--calibration", type=Path, metavar="RECORDING", help="calibration of files that have none")
     parser.add_argument("--cutout-mm", type=float, default=CUTOUT_M * 1e3, help="radius of the opening in the foam")
     parser.add_argument("--rerun", action="store_true", help="open the figures in Rerun (they are always written)")
-    parser.add_argument("--seed", type=int, default=1, help="seed of the permutation tests")
+    parser.add_argument("--seed", type=seed_of, default=1, help="seed of the permutation tests")
     add_spreading(parser)
 
 

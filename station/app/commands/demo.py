@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
+from shared.arguments import seed_of
 from shared.config import Table
 from shared.errors import UserError
 from shared.programs import how_to_call
@@ -45,7 +46,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="conceal this instead of a random one; ID.PARAMETER=VALUE for a further parameter of it",
     )
     parser.add_argument("--samples", type=int, default=SAMPLES, help="how many runs")
-    parser.add_argument("--seed", type=int, help="seed of every random choice; without it a new one, which is printed")
+    parser.add_argument(
+        "--seed", type=seed_of, help="seed of every random choice; without it a new one, which is printed"
+    )
     parser.add_argument("--out", type=Path, default=Path("demo"), metavar="FOLDER", help="where everything goes")
 
 

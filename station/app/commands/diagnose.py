@@ -20,6 +20,7 @@ from pathlib import Path
 import tomli_w
 from rich.console import Console
 
+from shared.arguments import seed_of
 from shared.errors import UserError
 from shared.rig import load_rig
 from station.app.diagnosing import TABLES, diagnose_file
@@ -102,7 +103,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=named,
         help="search each held-out fold anew, names included: several times as long",
     )
-    parser.add_argument("--seed", type=int, default=1, help="seed of the null's draws and of the held-out folds")
+    parser.add_argument("--seed", type=seed_of, default=1, help="seed of the null's draws and of the held-out folds")
     add_spreading(parser)
 
 

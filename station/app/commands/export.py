@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from shared.arguments import nearest
+from shared.arguments import nearest, seed_of
 from shared.errors import UserError
 from shared.notes import note_line
 from shared.visible import visible
@@ -62,7 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--out", type=Path, default=Path("export"), metavar="FOLDER", help="where the files go")
     parser.add_argument("--overwrite", action="store_true", help="replace files that are there")
-    parser.add_argument("--seed", type=int, default=1, help="seed of the fits' checks")
+    parser.add_argument("--seed", type=seed_of, default=1, help="seed of the fits' checks")
     parser.add_argument("--rig", type=Path, help="rig file that names folders of effects of your own, for a model")
     parser.add_argument(
         "--compare", action="store_true", help="run a model's files in their engines; print how far they are from ours"

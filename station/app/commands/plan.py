@@ -10,6 +10,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
+from shared.arguments import seed_of
 from shared.config import Table
 from shared.errors import UserError
 from shared.rig import load_rig
@@ -32,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--separate", metavar="A,B", help="ids of the effects to tell apart, or of one to confirm")
     parser.add_argument("--rig", type=Path, help="rig file with effects of your own")
     parser.add_argument("--mu", type=float, default=0.4, help="the friction coefficient that is expected")
-    parser.add_argument("--seed", type=int, default=1, help="seed of the diagnosis of FILE")
+    parser.add_argument("--seed", type=seed_of, default=1, help="seed of the diagnosis of FILE")
     parser.add_argument("--out", type=Path, metavar="plan.toml", help="where the plan goes; printed without it")
 
 

@@ -14,6 +14,7 @@ import time
 from pathlib import Path
 from types import FrameType
 
+from shared.arguments import seed_of
 from shared.bus_rights import OBSERVER
 from shared.errors import UserError
 from shared.programs import how_to_call
@@ -42,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rig", help="rig file; without it the simulated rig that comes with Repose")
     parser.add_argument("--plan", help="plan file; without it every constant has the paper's value")
     parser.add_argument("--samples", type=int, default=5, help="how many runs")
-    parser.add_argument("--seed", type=int, default=1, help="seed of twin and session")
+    parser.add_argument("--seed", type=seed_of, default=1, help="seed of twin and session")
     parser.add_argument("--out", help="the recording; without it recordings/<time>.mcap")
     parser.add_argument("--no-view", action="store_true", help="do not open the Rerun viewer")
 

@@ -17,6 +17,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from shared.arguments import seed_of
 from shared.clock import SIMULATION_EPOCH_NS, SystemClock
 from shared.errors import UserError
 from shared.installed import missing_as_user_error
@@ -50,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rig", help="rig file; without it the simulated rig that comes with Repose")
     parser.add_argument("--plan", help="plan file; without it every constant has the paper's value")
     parser.add_argument("--samples", type=int, help="how many runs (replaces the plan's)")
-    parser.add_argument("--seed", type=int, help="seed of every random choice (replaces the plan's)")
+    parser.add_argument("--seed", type=seed_of, help="seed of every random choice (replaces the plan's)")
     parser.add_argument("--out", help="the recording; without it recordings/<time>.mcap")
     parser.add_argument("--overwrite", action="store_true", help="replace a recording of that name")
     recordings.add_split(parser)

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from shared.arguments import seed_of
 from station.app.front.simulation import simulate
 from station.app.progress import stages
 from station.simulators.simulator import names
@@ -39,7 +40,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, required=True, metavar="SIM.mcap", help="the recording to write")
     parser.add_argument("--rig", type=Path, help="rig file; the one in the recording is the default")
     parser.add_argument(
-        "--seed", type=int, help="draw scatter, shaking and the corners' noise; without it nothing is left to chance"
+        "--seed",
+        type=seed_of,
+        help="draw scatter, shaking and the corners' noise; without it nothing is left to chance",
     )
 
 

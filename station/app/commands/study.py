@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
+from shared.arguments import seed_of
 from shared.errors import UserError
 from shared.system.processes import usable_processors
 from station.app.analysing import in_words, notes_of, printed
@@ -50,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=paper.SAMPLES,
         help="samples of all pairs together, by default as many as the paper's",
     )
-    parser.add_argument("--seed", type=int, default=1, help="seed of every random choice")
+    parser.add_argument("--seed", type=seed_of, default=1, help="seed of every random choice")
     parser.add_argument("--jobs", type=int, default=0, help="processes; 0: one for each core")
     parser.add_argument(
         "--session-samples", type=int, default=SESSION_SAMPLES, metavar="N", help="at most so many in a session"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 
+from shared.arguments import seed_of
 from shared.clock import SystemClock
 from shared.errors import UserError
 from shared.system.signals import until_stopped
@@ -33,7 +34,7 @@ def tick_rate_hz(camera_hz: float) -> float:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the options."""
     parser.add_argument("--rig", help="rig file; without it the simulated rig that comes with Repose")
-    parser.add_argument("--seed", type=int, default=1, help="seed of the friction's scatter")
+    parser.add_argument("--seed", type=seed_of, default=1, help="seed of the friction's scatter")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -18,7 +18,7 @@ from station.app.analysis_files import flagged, write_results
 from station.app.attached import planted_in_recording
 from station.app.front import columns
 from station.app.front.page import fragment
-from station.app.front.recording import FilePath, Recording, path_of
+from station.app.front.recording import FilePath, Recording, path_of, seed_of
 from station.app.front.table import Table
 from station.app.front.text import as_text
 from station.app.sessions import geometry_of, read_sessions, session_of
@@ -56,12 +56,12 @@ def analyze(
         seed: of the permutation tests.
 
     Raises:
-        UserError: if a file is missing, damaged or of another kind, or if there is no sample.
+        UserError: if a file is missing, damaged or of another kind, the seed is none, or there is no sample.
     """
-    every = [recordings] if isinstance(recordings, (Recording, Session, str, Path)) else recordings
+    every = list(recordings) if isinstance(recordings, Sequence) and not isinstance(recordings, str) else [recordings]
     sessions = _sessions(every, spare=_spare(calibration))
     return Analysed(
-        results=analysing.results_of(sessions, cutout_m=cutout_m, seed=seed),
+        results=analysing.results_of(sessions, cutout_m=cutout_m, seed=seed_of(seed)),
         sessions=tuple(sessions),
         command=command_line(
             *("station", "analyze", *(session.source for session in sessions)),

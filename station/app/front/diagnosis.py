@@ -12,7 +12,7 @@ import tomli_w
 from shared.installed import missing_as_user_error
 from station.app.diagnosing import diagnose_file, diagnose_session
 from station.app.front.page import fragment
-from station.app.front.recording import FilePath, Recording, path_of
+from station.app.front.recording import FilePath, Recording, path_of, seed_of
 from station.app.front.text import as_text
 from station.app.outputs import write_text
 from station.app.planned import RecordedPlan
@@ -57,10 +57,11 @@ def diagnose(
         progress: is called with a few words before each step.
 
     Raises:
-        UserError: if a file is missing, damaged or of another kind, or the simulation is not of these runs.
+        UserError: if a file is missing, damaged or of another kind, the simulation is not of these runs, or the seed
+            is none.
     """
     asked: dict[str, Any] = {
-        "seed": seed,
+        "seed": seed_of(seed),
         "simulate": _given(simulation),
         "folding": folds.nested if nested else folds.named,
         "jobs": jobs,

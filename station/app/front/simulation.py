@@ -20,7 +20,7 @@ from shared.rig import RigConfig
 from station.app import simulating
 from station.app.attached import SIMULATED_FROM
 from station.app.front.page import fragment
-from station.app.front.recording import FilePath, Recording, opened, path_of
+from station.app.front.recording import FilePath, Recording, opened, path_of, seed_of
 from station.app.front.table import Table
 from station.app.onset_differences import difference, in_sum, of_scatter
 from station.app.planting import plain_model
@@ -66,7 +66,7 @@ def simulate(
     if plant:
         chosen = planted(plant, chosen, catalogue_of_table(config.physics))
         text = tomli_w.dumps(table_of_model(chosen))
-    rng = None if seed is None else np.random.default_rng(seed)
+    rng = None if seed is None else np.random.default_rng(seed_of(seed))
     engine = simulating.simulator_of(simulator)
     if isinstance(engine, OwnFriction) and not isinstance(engine, RecordedSimulation):
         raise UserError(

@@ -48,6 +48,17 @@ def test_a_commands_help_ends_with_an_example_of_it(name: str, capsys: pytest.Ca
     assert not [one for one in options if one.count("(default:") > 1]
 
 
+@pytest.mark.parametrize("name", commands())
+def test_a_seed_is_no_negative_number(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """NumPy's own refusal is a traceback. The parser alone tells, before anything that else is missing."""
+    with pytest.raises(SystemExit):
+        main([*name.split(), "--help"])
+    if "--seed SEED" in capsys.readouterr().out:
+        with pytest.raises(SystemExit, match="2"):
+            main([*name.split(), "--seed", "-1"])
+        assert "argument --seed: expected a whole number of 0 or more, got '-1'" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("words", "meant"),
     [
