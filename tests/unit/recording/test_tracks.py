@@ -233,7 +233,42 @@ BAD: dict[str, tuple[Change, str]] = {
         lambda columns: columns.update(t_ms=columns.pop("t_s")),
         "as no block slides in less, got runs of .* s by 't_ms'; did you mean t_s",
     ),
-    "two masses in a run": (lambda columns: columns.update(mass_kg=columns["t_s"]), "Expected one mass in each run"),
+    "two masses in a run": (
+        lambda columns: columns.update(mass_kg=[1.0 + t for t in columns["t_s"]]),
+        "Expected one mass in each run",
+    ),
+    "a negative mass": (
+        lambda columns: columns.update(mass_kg=[-0.008 for _ in columns["t_s"]]),
+        "row 1: expected a number above 0 in 'mass_kg', or nothing where it is not known, got -0.008",
+    ),
+    "grams for kilograms": (
+        lambda columns: columns.update(mass_kg=[8000.0 for _ in columns["t_s"]]),
+        "row 1: expected at most 1000 kg in 'mass_kg', as no bench tilts more, got 8000 kg; did you mean mass_g",
+    ),
+    "no area": (
+        lambda columns: columns.update(area_mm2=[0.0 for _ in columns["t_s"]]),
+        "row 1: expected a number above 0 in 'area_mm2'",
+    ),
+    "a negative noise": (
+        lambda columns: columns.update(sigma_m=[-1e-5 for _ in columns["t_s"]]),
+        "row 1: expected 0 or more in 'sigma_m'",
+    ),
+    "a humidity in per cent": (
+        lambda columns: columns.update(relative_humidity=[45.0 for _ in columns["t_s"]]),
+        "expected at most 1 in 'relative_humidity', as it is a share of saturation and no per cent, got 45$",
+    ),
+    "two attitudes": (
+        lambda columns: columns.update({f"plate_q{axis}": [0.5 for _ in columns["t_s"]] for axis in "wxyz"}),
+        "Expected the plate's attitude once in .*, got it in tilt_rad and in plate_qw to plate_qz; leave one",
+    ),
+    "an azimuth of the slope for that of the axis": (
+        lambda columns: columns.update(azimuth_rad=[azimuth - 0.5 * math.pi for azimuth in columns["azimuth_rad"]]),
+        "got slides 90° off its steepest way down .the median of 2 runs.: downhill is .sin, -cos. of azimuth_rad",
+    ),
+    "slides uphill": (
+        lambda columns: columns.update(azimuth_rad=[azimuth + math.pi for azimuth in columns["azimuth_rad"]]),
+        "got slides 180° off its steepest way down",
+    ),
 }
 
 

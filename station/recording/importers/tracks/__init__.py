@@ -28,7 +28,7 @@ from station.recording.importers.tracks.corners import with_corners
 from station.recording.importers.tracks.lacks import lacking
 from station.recording.importers.tracks.plate import attitude, azimuth_of, downhill_of
 from station.recording.importers.tracks.runs import Run, each, has_one_clock, runs_of
-from station.recording.importers.tracks.slips import Motion, Slip, held, released, slip_of
+from station.recording.importers.tracks.slips import Motion, Slip, held, refuse_other_ways, released, slip_of
 from station.recording.importers.tracks.table import Tracks, read_table
 from station.recording.provenance import Provenance
 from station.signals.flags import NO_TILT, UNRESOLVED
@@ -48,7 +48,7 @@ def read(source: Path, *, onset: Traced | None = None) -> Imported:
     """Reads the table; without `onset` the onsets stay where the block had visibly moved.
 
     Raises:
-        UserError: if it is missing, no table, or lacks what a run needs.
+        UserError: if it is missing, no table, lacks what a run needs, or says what cannot be.
     """
     table, corners = with_corners(read_table(source))
     runs, plate = runs_of(table), attitude(table)
@@ -56,6 +56,7 @@ def read(source: Path, *, onset: Traced | None = None) -> Imported:
     motions = [_motion(run, plate, block) for run in runs]
     fixed = sum(not motion.tilts for motion in motions)
     slips = [slip_of(motion, onset=onset) if motion.tilts else held(motion) for motion in motions]
+    refuse_other_ways(motions, slips, str(source))
     runs = tuple(run.rest_of(released(motion)) for run, motion in zip(runs, motions, strict=True))
     return Imported(
         provenance=_provenance(table, block, source),

@@ -19,6 +19,11 @@ def attitude(table: Tracks) -> Array:
     Raises:
         UserError: without an attitude, with a tilt that has no azimuth, or with rows that have none.
     """
+    if table.has(*PLATE) and "tilt" in table:
+        raise UserError(
+            f"Expected the plate's attitude once in {table.source}, got it in tilt_rad and in plate_qw to plate_qz; "
+            "leave one of them out"
+        )
     if table.has(*PLATE):
         return _of_quaternions(table)
     if "tilt" not in table:

@@ -41,9 +41,14 @@ LIKELY: Mapping[str, Likely] = {
     "sigma": _NOISE,
     "sigma_yaw": _ANGLE,
     "area": Likely(BLOCK_M[1] ** 2, "no block is larger", 1e-4, "m2"),
+    "mass": Likely(1e3, "no bench tilts more", 0.05, "kg"),
+    "relative_humidity": Likely(1.0, "it is a share of saturation and no per cent", 0.5, ""),
 }
 """The most of each quantity that is asked. A block may turn on and on: of its yaw only each run's first is asked.
 A direction of the plate may be counted on from turn to turn, or be unwrapped."""
+
+POSITIVE, NOT_NEGATIVE = ("mass", "area"), ("sigma", "sigma_yaw", "dwell", "relative_humidity")
+"""The quantities that are larger than 0, and those that are 0 or larger: a track may have no noise, a run no dwell."""
 
 ROUNDED = 1.001
 """The share by which rounding may exceed a whole turn or a right angle: 1.571 rad is one."""
@@ -73,6 +78,20 @@ def refuse_unlikely(found: Mapping[str, Column], numbers: Mapping[str, Array], p
         if np.nan_to_num(values).max(initial=0.0) > ROUNDED * likely.most:
             row = int(np.nanargmax(values))
             _refuse(found[quantity], float(values[row]), int(begins[row]) if quantity == "yaw" else row, path)
+    for quantity in (name for name in (*POSITIVE, *NOT_NEGATIVE) if name in numbers):
+        _refuse_sign(found[quantity], numbers[quantity], path)
+
+
+def _refuse_sign(column: Column, values: Array, path: Path) -> None:
+    """Refuses a quantity whose `values` (n,) have a sign that it never has."""
+    positive = column.quantity in POSITIVE
+    wrong = np.flatnonzero(values <= 0.0 if positive else values < 0.0)
+    if len(wrong):
+        expected = "a number above 0" if positive else "0 or more"
+        raise UserError(
+            f"{path}, row {int(wrong[0]) + 1}: expected {expected} in '{column.name}', or nothing where it is "
+            f"not known, got {values[wrong[0]] / column.factor:.4g}"
+        )
 
 
 def _refuse_times(column: Column, numbers: Mapping[str, Array], path: Path) -> None:
@@ -109,8 +128,8 @@ def _refuse(column: Column, value: float, row: int, path: Path) -> None:
     units = list(_meant(column, value))
     mend = f"; did you mean {column.quantity}_{units[0]}?" if units else ""
     raise UserError(
-        f"{path}, row {row + 1}: expected at most {likely.most:.4g} {likely.unit} in '{column.name}', as {likely.why}, "
-        f"got {value:.4g} {likely.unit}{mend}"
+        f"{path}, row {row + 1}: expected at most {f'{likely.most:.4g} {likely.unit}'.strip()} in '{column.name}', as "
+        f"{likely.why}, got {f'{value:.4g} {likely.unit}'.strip()}{mend}"
     )
 
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from shared.errors import UserError
 from shared.geometry import Array
 from station.recording.importers.tracks.plate import downhill_of, tilt_of
 from station.recording.importers.tracks.runs import Times
@@ -24,6 +26,10 @@ BEGINS_RAD = 2e-3
 
 MOVED_M = 2e-3
 """A block has slid when it is this far from where it lay: about the 10 px of the paper's rule."""
+
+DOWNHILL_RAD = math.radians(60.0)
+"""The farthest that most blocks slide from the steepest way down. Friction only takes energy, so none slides uphill;
+along grooves that lie any way to the slope half of the slides are within 45°. A wrong axis makes it 90° or 180°."""
 
 LEAST_LYING = 4
 """The least number of frames from which a track's noise is read."""
@@ -83,6 +89,30 @@ def slip_of(run: Motion, *, onset: Traced | None) -> Slip:
         resolved=False,
     )
     return moved if onset is None else _fitted(run, moved, seen[: int(slid[0]) + 1], rest, onset)
+
+
+def refuse_other_ways(runs: Sequence[Motion], slips: Sequence[Slip | None], source: str) -> None:
+    """Refuses slides that most go elsewhere than down the plate: then its attitude is another one than the table says.
+
+    Raises:
+        UserError: with the usual angle between the slides and the steepest way down.
+    """
+    off = [_off_rad(run, slip) for run, slip in zip(runs, slips, strict=True) if slip is not None and slip.slip_ns]
+    usual = float(np.median(off)) if off else 0.0
+    if usual > DOWNHILL_RAD:
+        raise UserError(
+            f"Expected blocks that slide down the plate in {source}, got slides {math.degrees(usual):.0f}° off its "
+            f"steepest way down (the median of {len(off)} runs): downhill is (sin, -cos) of azimuth_rad, and plate_qw "
+            "to plate_qz turn the plate's axes into the world's, whose z points up"
+        )
+
+
+def _off_rad(run: Motion, slip: Slip) -> float:
+    """Returns the angle, rad, between a run's slide up to its detection and the steepest way down."""
+    detected = int(np.searchsorted(run.time_ns, slip.detect_ns))
+    first = int(np.flatnonzero(run.found)[0])
+    way, down = run.place_m[detected] - run.place_m[first], downhill_of(run.plate)[detected]
+    return math.acos(float(np.clip(way @ down / max(float(np.linalg.norm(way)), LEAST_SIGMA_M), -1.0, 1.0)))
 
 
 def released(run: Motion) -> int:
