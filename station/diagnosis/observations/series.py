@@ -50,7 +50,7 @@ def in_windows(rows: TableRows) -> TableRows:
     settled = np.concatenate([settled for _, settled in parts])
     of = np.repeat(np.arange(len(parts)), [len(part) for part, _ in parts])
     named = {"row": np.arange(1, len(whole) + 1), "number": number}
-    return replace(whole, **named, group=of, settled=settled, read=rows.read, lost=rows.lost)
+    return replace(whole, **named, group=of, settled=settled, read=rows.read, lost=rows.lost, copies=rows.copies)
 
 
 def travelled_of(rows: TableRows) -> Array | None:

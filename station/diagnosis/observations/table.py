@@ -37,7 +37,7 @@ def table_evidence(recorded: Measured | Sequence[Sample], setting: Setting) -> E
         channels=tuple(_channels(rows, facts, setting)),
         run_number=rows.names.astype(np.float64),
         facts=facts,
-        total_runs=len(table),
+        total_runs=len(table) - rows.copies,
         notes=tuple(notes),
         group=rows.group,
         stretch=stretches_of(rows),
@@ -49,6 +49,8 @@ def _notes(table: Measured, rows: TableRows) -> Iterator[str]:
         yield "no row of the table has an onset angle between 0.02 and pi/2 rad, or a coefficient of friction above 0"
     elif rows.lost:
         yield f"{rows.lost} rows have no usable onset angle or coefficient and were left out"
+    if rows.copies:
+        yield f"{rows.copies} rows repeat a row of the same run or time in all cells and were left out"
     if len(rows) and len(rows) < rows.read:
         yield f"{rows.read} rows of a continuous record were averaged in {len(rows)} windows of equal slip"
     if len(rows) and not rows.ordered:

@@ -27,7 +27,7 @@ class TableRows:
     is nan for a block on a tilted plate; `sigma` is its relative standard deviation, nan if unknown. What is unknown of
     `load_n`, `displacement_m` and `foam_free_m` (the distance from the foam) is nan; `speed_m_s` is 0 at rest.
     `settled` (n,) is the decadic logarithm of the slip since the speed changed, m; nan if it has not. `read` counts the
-    rows that were usable, `lost` the others.
+    rows that were usable, `lost` the others, and `copies` those that repeat a row of the same run or time in all cells.
     """
 
     samples: NDArray[Any]
@@ -44,6 +44,7 @@ class TableRows:
     settled: Array
     read: int
     lost: int
+    copies: int = 0
 
     @classmethod
     def of(cls, table: Measured) -> TableRows:
@@ -64,8 +65,9 @@ class TableRows:
         usable = tilted | (coefficient > 0)
         if tilted.any():  # a plate's onsets and coefficients at rest would be two channels of one name
             usable &= tilted | (speed > 0)
-        indices = np.flatnonzero(usable)
-        order = indices[np.lexsort((_checksums(table)[indices], time_ns[indices], run[indices]))]
+        indices, cells = np.flatnonzero(usable), _checksums(table)
+        order = indices[np.lexsort((cells[indices], time_ns[indices], run[indices]))]
+        order = order[_first_of_copies(run[order], time_ns[order], cells[order], _groups(table, order))]
         return cls(
             samples=samples[order],
             row=order + 1,
@@ -80,7 +82,8 @@ class TableRows:
             foam_free_m=table.column("foam_free_m")[order],
             settled=np.full(len(order), np.nan),
             read=len(order),
-            lost=len(table) - len(order),
+            lost=len(table) - len(indices),
+            copies=len(indices) - len(order),
         )
 
     def __len__(self) -> int:
@@ -157,6 +160,17 @@ def _time_ns(table: Measured) -> Times:
 def _checksums(table: Measured) -> Index:
     cells = zip(table.samples, *table.more.values(), strict=True)
     return np.array([zlib.crc32(repr(cell).encode()) for cell in cells], dtype=np.int64)
+
+
+def _first_of_copies(run: Index, time_ns: Times, cells: Index, group: Index | None) -> Index:
+    """Returns the indices of rows (n,) without those that repeat an earlier one of the same run, time and group.
+
+    Where neither run nor time says which measurement a row is, two measurements may be equal, as of rounded numbers.
+    """
+    if not len(run) or not (np.ptp(run) or np.ptp(time_ns)):
+        return np.arange(len(run))
+    keys = np.column_stack([run, time_ns, cells, np.zeros_like(run) if group is None else group])
+    return np.sort(np.unique(keys, axis=0, return_index=True)[1])
 
 
 def _number(run: Index, time_ns: Times) -> Array:

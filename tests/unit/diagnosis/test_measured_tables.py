@@ -290,6 +290,21 @@ def test_blocks_that_leaned_on_the_foam_are_left_out() -> None:
     assert "15 rows of blocks that lay against the foam were left out" in seen.notes
 
 
+def test_a_row_that_is_repeated_is_one_measurement() -> None:
+    """Three copies of each row look like runs that do not scatter: what differs between them is taken for an effect."""
+    rows = samples()
+    seen = table_evidence(Measured.of([one for one in rows for _ in range(3)]), Setting())
+    assert seen.used() == seen.total_runs == len(rows)
+    assert f"{2 * len(rows)} rows repeat a row of the same run or time in all cells and were left out" in seen.notes
+
+
+def test_equal_rows_that_no_run_or_time_tells_apart_are_measurements_of_their_own() -> None:
+    columns = {"friction_coefficient": np.full(30, 0.35), "normal_load_n": np.full(30, 1.0)}
+    assert table_evidence(measured(columns), Setting()).used() == 30
+    groups = tuple(f"specimen {row // 10}" for row in range(30))
+    assert table_evidence(measured(columns, run=np.arange(30) % 10, group=groups), Setting()).used() == 30
+
+
 def test_ignored_columns_are_named() -> None:
     seen = table_evidence(replace(Measured.of(samples()), ignored=("operator", "cycle")), Setting())
     assert "columns that nothing reads were left alone: operator, cycle" in seen.notes
