@@ -217,8 +217,9 @@ def most_promising(choice: Choice, bench: Bench) -> str:
 def _narrows(question: Question, bench: Bench, fitted: Fit) -> NextExperiment | None:
     """Returns the plan that halves the standard error of an effect's size; None if it is precise already."""
     rival = question.rivals[0]
-    name, value = _number(fitted, rival.term)
-    if value is None or value.sd <= thresholds.PRECISE * _size(rival.term, name):
+    own = next(term for term in fitted.model.terms if term.effect.id == rival.id)
+    name, value = _number(fitted, own)
+    if value is None or value.sd <= thresholds.PRECISE * _size(own, name):
         return None
     choice = narrowing(question, bench, ratio=HALF)
     if choice is None:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from station.diagnosis.likelihood.slopes import residuals
+from station.diagnosis.next_experiment import plan
 from station.diagnosis.next_experiment.changes import BY_HAND_S, SINGLE, Change, run_s
 from station.diagnosis.next_experiment.choice import Bench, Choice, protocol_of, sessions
 from station.diagnosis.next_experiment.on_paper import NOISE, on_paper, standard
@@ -190,3 +193,20 @@ def test_a_session_turned_about_the_normal_differs_for_no_isotropic_law() -> Non
     before = residuals(same, model)
     for name, after in residuals(turned, model).items():
         np.testing.assert_allclose(after, before[name], atol=1e-9)
+
+
+def test_the_number_to_be_narrowed_is_the_one_that_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A rival has the values of its own comparison, and of each shape that the recording left open."""
+    grain, numbers = catalogue()["plate_anisotropy"], {"cos2": 0.1, "sin2": 0.0, "shape": 0.0}
+    fitted: Any = SimpleNamespace(
+        model=Model(mu_s=0.4, terms=(Term(grain, numbers),)), sd=lambda *_: 0.03, at_bound=lambda *_: False
+    )
+    rival = Rival(Term(grain, numbers | {"cos2": 0.7}))
+    asked: Any = SimpleNamespace(rivals=(rival,))
+    choice = Choice(changes=(), runs=40, minutes=20.0, promise=Outlook(power=1.0, log_odds=9.0), sd_ratio=0.5)
+    monkeypatch.setattr(plan, "narrowing", lambda *_, **__: choice)
+    monkeypatch.setattr(plan, "_words", lambda *_: "a longer session")
+    monkeypatch.setattr(plan, "_toml", lambda *_: "")
+    found = plan._narrows(asked, cast("Any", None), fitted)
+    assert found is not None
+    assert "now 0.100 ± 0.030" in found.why
