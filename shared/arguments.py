@@ -26,7 +26,24 @@ def seed_of(word: str) -> int:
     return number
 
 
-_NUMBERS: dict[Any, str] = {int: "a whole number", float: "a number", seed_of: "a whole number of 0 or more"}
+def above_0(word: str) -> float:
+    """Returns the number above 0 that a word gives.
+
+    Raises:
+        ValueError: if it gives none.
+    """
+    number = float(word)
+    if not number > 0.0:
+        raise ValueError(number)
+    return number
+
+
+_NUMBERS: dict[Any, str] = {
+    int: "a whole number",
+    float: "a number",
+    seed_of: "a whole number of 0 or more",
+    above_0: "a number above 0",
+}
 """The words for what a number's type stands for."""
 
 

@@ -20,7 +20,7 @@ from pathlib import Path
 import tomli_w
 from rich.console import Console
 
-from shared.arguments import seed_of
+from shared.arguments import above_0, seed_of
 from shared.errors import UserError
 from shared.rig import load_rig
 from station.app.diagnosing import TABLES, diagnose_file
@@ -82,7 +82,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--simulate-limit",
-        type=float,
+        type=above_0,
         default=LIMIT_S,
         metavar="SECONDS",
         help="the longest that one run in your own simulator may take, in seconds",

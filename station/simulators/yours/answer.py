@@ -58,7 +58,7 @@ def answer_of(given: Any, run: Run) -> Answer:
         ValueError: with what was expected and what came.
     """
     start = np.array([run.x_m, run.y_m, run.yaw_rad])
-    if given is None or isinstance(given, int | float | np.number):
+    if given is None or (isinstance(given, int | float | np.integer | np.floating) and not isinstance(given, bool)):
         onset = math.nan if given is None else float(given)
         if math.isinf(onset) or not (math.isnan(onset) or 0.0 <= onset <= run.end_s):
             raise ValueError(f"expected an onset between 0 and {run.end_s:.2f} s (nan: none), got {onset:g}")
@@ -83,7 +83,9 @@ def _table(given: Any) -> tuple[Array, float | None]:
         columns = np.column_stack(parts)
         onset = getattr(given, "onset_s", None)
     try:
-        table = np.asarray(columns, dtype=float)
+        if isinstance(columns, bool):
+            raise TypeError(columns)
+        table = np.asarray(columns).astype(float, casting="same_kind")
     except (TypeError, ValueError):
         raise ValueError(
             f"expected rows of t, x, y, yaw, a Path or an onset in seconds, got {type(given).__name__}"

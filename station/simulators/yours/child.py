@@ -1,7 +1,7 @@
 """A process of its own for a user's function: one that hangs or crashes ends alone.
 
-The process reads pickled questions from standard input and writes pickled answers to what was its standard output; what
-the function prints goes to standard error.
+The process reads pickled questions from what was its standard input and writes pickled answers to what was its standard
+output. What the function prints goes to standard error, and it finds nothing to read.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import contextlib
 import os
 import pickle
 import queue
+import signal
 import subprocess
 import sys
 import threading
@@ -71,10 +72,18 @@ class Child:
                 "make it faster, or give it more time with --simulate-limit"
             ) from None
         if answer is EOFError:
-            raise UserError(f"Expected an answer of {self._function}, but its process ended: {self._process.wait()}")
+            raise UserError(f"Expected an answer of {self._function}, but {_ended(self._process.wait())}")
         if isinstance(answer, UserError):
             raise answer
         return answer
+
+
+def _ended(status: int) -> str:
+    """Returns how a process ended, in words."""
+    if status >= 0:
+        return f"its process ended with status {status}: something in it calls os._exit, or closed its output"
+    name = next((one.name for one in signal.Signals if one == -status), f"signal {-status}")
+    return f"its process was ended by {name}: a library that it calls crashed, or had too little memory"
 
 
 def _listen(stream: IO[bytes], answers: queue.Queue[Any]) -> None:
@@ -95,7 +104,9 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 
 def main() -> int:
     """Serves one function until the questions end; 0."""
-    answers = os.fdopen(os.dup(1), "wb")
+    questions, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    with Path(os.devnull).open("rb") as nothing:
+        os.dup2(nothing.fileno(), 0)  # a function that asks for input is told at once that there is none
     os.dup2(2, 1)
     try:
         function = loaded(Path(sys.argv[1]), sys.argv[2])
@@ -105,7 +116,7 @@ def main() -> int:
     _say(takes_found(function), answers)
     while True:
         try:
-            commands, model, friction = pickle.load(sys.stdin.buffer)
+            commands, model, friction = pickle.load(questions)
         except EOFError:
             return 0
         try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from shared.arguments import Parser, nearest
+from shared.arguments import Parser, above_0, nearest, seed_of
 
 
 @pytest.fixture
@@ -13,6 +13,8 @@ def parser() -> Parser:
     made.add_argument("place")
     made.add_argument("--samples", type=int, default=5, help="how many runs")
     made.add_argument("--rig", help="rig file")
+    made.add_argument("--limit", type=above_0, default=1.0, help="limit")
+    made.add_argument("--seed", type=seed_of, default=1, help="seed")
     made.add_argument("--quick", action="store_true", help="hurry")
     made.add_argument("--mu", type=float, default=0.4, help="friction, not %(default)s if known")
     made.add_argument("--fold", action="store_const", const=nearest, default=nearest, help="search anew")
@@ -54,6 +56,10 @@ def test_an_abbreviation_is_no_option(parser: Parser) -> None:
         (["here", "--samples", "abc"], "argument --samples: expected a whole number, got 'abc'\n"),
         (["here", "--samples", "1.5"], "argument --samples: expected a whole number, got '1.5'\n"),
         (["here", "--mu", "low"], "argument --mu: expected a number, got 'low'\n"),
+        (["here", "--limit", "0"], "argument --limit: expected a number above 0, got '0'\n"),
+        (["here", "--limit", "nan"], "argument --limit: expected a number above 0, got 'nan'\n"),
+        (["here", "--seed", "-1"], "argument --seed: expected a whole number of 0 or more, got '-1'\n"),
+        (["here", "--seed", "one"], "argument --seed: expected a whole number of 0 or more, got 'one'\n"),
     ],
 )
 def test_it_says_that_a_number_is_expected(

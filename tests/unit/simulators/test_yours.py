@@ -258,6 +258,8 @@ WRONG: dict[str, tuple[Callable[[np.ndarray], Any], str]] = {
         lambda table: SimpleNamespace(t_s=table[:, 0], x_m=table[1:, 1], y_m=table[:, 2], yaw_rad=table[:, 3]),
         "expected t_s, x_m, y_m and yaw_rad of one length",
     ),
+    "a truth value": (lambda _: True, "a Path or an onset in seconds, got bool"),
+    "complex numbers": (lambda table: table + 1j, "a Path or an onset in seconds, got ndarray"),
     "an onset after the end": (lambda _: 1e3, "expected an onset between 0 and"),
 }
 
@@ -288,7 +290,9 @@ HEAD = "import os, sys, time\n\ndef simulate(run, found=None):\n    "
 FAILS: dict[str, tuple[str, str]] = {
     "raises": (f"{HEAD}raise KeyError('mu')", r"my_sim.py:simulate, run 0 of the session: it raised KeyError: 'mu'"),
     "exits": (f"{HEAD}sys.exit(3)", "it raised SystemExit: 3"),
-    "dies": (f"{HEAD}os._exit(3)", "its process ended: 3"),
+    "dies": (f"{HEAD}os._exit(3)", "its process ended with status 3: something in it calls os._exit"),
+    "crashes": (f"{HEAD}os.abort()", "its process was ended by SIGABRT: a library that it calls crashed"),
+    "asks": (f"{HEAD}return float(input())", "it raised EOFError"),
     "hangs": (f"{HEAD}time.sleep(60)", "within 0.5 s, but one run took longer; .* --simulate-limit"),
     "does not compile": ("def simulate(run:", "importing it failed: SyntaxError"),
     "lacks a package": ("import no_such_package", "importing it failed: ModuleNotFoundError"),
