@@ -16,6 +16,8 @@ from station.recording.tables import LENGTHS, REQUIRED, known_columns, samples_i
 from station.signals.measured import Column, Measured
 
 COEFFICIENT, FORCE, LOAD = "friction_coefficient", "friction_force_n", "normal_load_n"
+RECORD = "displacement_m"
+"""The column of a continuous record, which is averaged in windows of equal slip."""
 
 NUMBERS: Mapping[str, float] = MappingProxyType(
     {
@@ -25,7 +27,7 @@ NUMBERS: Mapping[str, float] = MappingProxyType(
         LOAD: 0.0,
         "sliding_speed_m_s": 0.0,
         "time_s": -math.inf,
-        "displacement_m": -math.inf,
+        RECORD: -math.inf,
         "foam_free_m": -math.inf,
     }
 )
@@ -36,6 +38,10 @@ GROUPS = ("group", "sequence", "day", "specimen")
 
 MOST_ROWS = 75_000
 """The largest number of measurements: a diagnosis takes 10 kB for each, and all of it is to stay below 1 GB."""
+
+ALIKE, STEEPEST_RAD = 0.05, 1.5
+"""Two ways to tell a row's friction agree to this share, rounding and the plate's own motion included; and the steepest
+tilt whose tangent is asked for."""
 
 ONE_OF = (REQUIRED, COEFFICIENT, FORCE)
 """A table must have one of these columns."""
@@ -51,14 +57,15 @@ def read_measured(path: Path) -> Measured:
     columns = table_of(path, one_of=ONE_OF)
     samples = samples_in(columns, path)
     if len(samples) > MOST_ROWS:
-        raise UserError(
-            f"Expected at most {MOST_ROWS} measurements in {path}, it holds {len(samples)}; split the table"
-        )
+        every = -(-len(samples) // MOST_ROWS)
+        mend = f"keep one row of {every}, as its means are taken anyway" if RECORD in columns else "split the table"
+        raise UserError(f"Expected at most {MOST_ROWS} measurements in {path}, it holds {len(samples)}; {mend}")
     more = {
         name: numbers_of(columns[name], name, path, least=least) for name, least in NUMBERS.items() if name in columns
     }
     _require_load(more, path)
     onset_rad = np.array([sample.onset_angle_rad for sample in samples], dtype=np.float64)
+    _require_one_friction(onset_rad, more.get(COEFFICIENT, np.full(len(samples), np.nan)), path)
     refuse_unlikely_friction(onset_rad, more.get(COEFFICIENT, np.zeros(0)), path)
     named = [columns[name] for name in GROUPS if name in columns]
     known = {*known_columns(), *NUMBERS, *GROUPS}
@@ -74,6 +81,18 @@ def _numbered(name: str) -> bool:
     """Returns true for a column of a vector, such as euler_rad_0."""
     vector, _, number = name.rpartition("_")
     return vector in LENGTHS and number.isdigit()
+
+
+def _require_one_friction(onset_rad: Column, coefficient: Column, path: Path) -> None:
+    """Refuses rows whose tilt says another friction than their coefficient: the tilt would be left alone in silence."""
+    tilted = np.tan(np.clip(onset_rad, 0.0, STEEPEST_RAD))
+    other = np.flatnonzero((coefficient > 0.0) & (tilted > 0.0) & (np.abs(tilted / coefficient - 1.0) > ALIKE))
+    if len(other):
+        row = int(other[0])
+        raise UserError(
+            f"{path}, row {row + 1}: expected one friction, got {coefficient[row]:.4g} in '{COEFFICIENT}' and "
+            f"{tilted[row]:.4g} by the tilt in '{REQUIRED}'; leave one of the columns out"
+        )
 
 
 def _require_load(more: Mapping[str, Column], path: Path) -> None:

@@ -71,3 +71,15 @@ def test_single_rows_may_be_beyond_all_benches(tmp_path: Path) -> None:
 def test_bad_tables_are_one_sentence(text: str, words: str, tmp_path: Path) -> None:
     with pytest.raises(UserError, match=words):
         read_measured(written(tmp_path, text))
+
+
+def test_a_tilt_and_a_coefficient_that_contradict_each_other_are_told(tmp_path: Path) -> None:
+    table, said = (
+        tmp_path / "a.csv",
+        r"row 2: expected one friction, got 0.6 in 'friction_coefficient' and 0.4 by the tilt",
+    )
+    table.write_text("onset_angle_rad,friction_coefficient\n0.3805,0.40\n0.3805,0.60\n", encoding="utf-8")
+    with pytest.raises(UserError, match=said):
+        read_measured(table)
+    table.write_text("onset_angle_rad,friction_coefficient\n0.3805,0.40\n0.3805,\n", encoding="utf-8")
+    assert len(read_measured(table)) == 2
