@@ -69,8 +69,14 @@ def _headline(diagnosis: Diagnosis) -> Text:
     line.append(f"{diagnosis.recording}: ")
     line.append(sentence(diagnosis), style=f"bold {_COLOUR[diagnosis.verdict]}")
     tested = f", global {p_equals(diagnosis.global_p)}" if diagnosis.candidates_tried else ""
-    line.append(f"  ({used(diagnosis)}{tested})")
+    line.append(f"  ({used(diagnosis)}{_friction(diagnosis)}{tested})")
     return line
+
+
+def _friction(diagnosis: Diagnosis) -> str:
+    """Returns the level of friction; empty where it is not known, or told beside that of a simulation."""
+    told = any(one.name == "mu_s" for one in diagnosis.differs) or not math.isfinite(diagnosis.mu_s.value)
+    return "" if told else f", {diagnosis.level} = {diagnosis.mu_s}"
 
 
 def _numerics(diagnosis: Diagnosis) -> list[Text]:
