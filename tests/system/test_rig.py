@@ -83,6 +83,7 @@ def test_ctrl_c_levels_the_plate_closes_the_recording_and_stops_everybody(tmp_pa
     events = [item.message for item in open_recording(out).messages({"session/event"})]
     phases = [event.phase for event in events if isinstance(event, RunEvent)]
     assert "ABORTED" in phases
+    assert station("check", str(out)).returncode == 0, "a session that Ctrl-C ends decides what its recording says"
     left = subprocess.run(["pgrep", "-f", str(rig)], capture_output=True, text=True, check=False).stdout.split()
     assert left == []
 
@@ -100,6 +101,7 @@ def test_a_station_that_is_killed_is_told_with_what_saves_its_recording(tmp_path
     assert f"repair {partial}" in printed
     assert station("repair", str(partial)).returncode == 0
     assert out.exists()
+    assert station("check", str(out)).returncode == 0
 
 
 def test_ctrl_c_ends_a_session_in_simulated_time_with_its_table(tmp_path: Path):
@@ -114,6 +116,7 @@ def test_ctrl_c_ends_a_session_in_simulated_time_with_its_table(tmp_path: Path):
     assert "stopped by the user" in printed
     assert f"replay {out}" in printed
     assert open_recording(out).samples()
+    assert station("check", str(out)).returncode == 0
 
 
 @pytest.mark.parametrize("missing", ["camera", "arm", "twin"])
