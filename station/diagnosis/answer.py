@@ -15,6 +15,7 @@ from station.diagnosis.inference.level import as_simulated, level_of
 from station.diagnosis.inference.values import values_of
 from station.diagnosis.likelihood.mapping import told
 from station.diagnosis.likelihood.systematic import without_nuisances
+from station.diagnosis.observations.downhill import off_downhill_rad
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.one_function import Finding, as_one
 from station.diagnosis.result import Candidates, Diagnosis, EffectFound, FitQuality, HeldOutGain, Verdict
@@ -31,6 +32,7 @@ from station.diagnosis.search.unnamed import change, depends_on, smooth_in_words
 from station.physics.catalogue import Catalogue
 from station.physics.model import Model, Term, table_of_model
 from station.physics.smooth import is_smooth
+from station.signals.downhill import DOWNHILL_RAD
 
 _ROWS = 10
 """The most candidates of a stage that the comparison table shows: the answer's size, nothing is decided by it."""
@@ -50,6 +52,12 @@ def why_not(evidence: Evidence) -> str | None:
     slid = _slid(evidence)
     if slid < thresholds.LEAST_SLID:
         return f"expected at least {thresholds.LEAST_SLID:g} runs in which the block slid, found {slid}: tilt further"
+    off_rad = off_downhill_rad(evidence)
+    if off_rad > DOWNHILL_RAD:
+        return (
+            f"expected blocks that slide down the plate, found most slides {math.degrees(off_rad):.0f}° off its "
+            "steepest way down: the camera's picture of the plate, or the arm's attitude, has other axes than the plate"
+        )
     return None
 
 

@@ -13,6 +13,7 @@ from shared.errors import UserError
 from shared.geometry import Array
 from station.recording.importers.tracks.plate import downhill_of, tilt_of
 from station.recording.importers.tracks.runs import Times
+from station.signals.downhill import DOWNHILL_RAD, usual_rad
 from station.signals.traced import FITTED_NS, LEAST_SIGMA_M, Traced, trace
 
 Bools = NDArray[np.bool_]
@@ -26,10 +27,6 @@ BEGINS_RAD = 2e-3
 
 MOVED_M = 2e-3
 """A block has slid when it is this far from where it lay: about the 10 px of the paper's rule."""
-
-DOWNHILL_RAD = math.radians(60.0)
-"""The farthest that most blocks slide from the steepest way down. Friction only takes energy, so none slides uphill;
-along grooves that lie any way to the slope half of the slides are within 45°. A wrong axis makes it 90° or 180°."""
 
 LEAST_LYING = 4
 """The least number of frames from which a track's noise is read."""
@@ -97,22 +94,22 @@ def refuse_other_ways(runs: Sequence[Motion], slips: Sequence[Slip | None], sour
     Raises:
         UserError: with the usual angle between the slides and the steepest way down.
     """
-    off = [_off_rad(run, slip) for run, slip in zip(runs, slips, strict=True) if slip is not None and slip.slip_ns]
-    usual = float(np.median(off)) if off else 0.0
+    ways = [_ways(run, slip) for run, slip in zip(runs, slips, strict=True) if slip is not None and slip.slip_ns]
+    way, down = np.array(ways).reshape(-1, 2, 2).transpose(1, 0, 2)
+    usual = usual_rad(way, down)
     if usual > DOWNHILL_RAD:
         raise UserError(
             f"Expected blocks that slide down the plate in {source}, got slides {math.degrees(usual):.0f}° off its "
-            f"steepest way down (the median of {len(off)} runs): downhill is (sin, -cos) of azimuth_rad, and plate_qw "
+            f"steepest way down (the median of {len(ways)} runs): downhill is (sin, -cos) of azimuth_rad, and plate_qw "
             "to plate_qz turn the plate's axes into the world's, whose z points up"
         )
 
 
-def _off_rad(run: Motion, slip: Slip) -> float:
-    """Returns the angle, rad, between a run's slide up to its detection and the steepest way down."""
+def _ways(run: Motion, slip: Slip) -> tuple[Array, Array]:
+    """Returns the way (2,), m, of a run's slide up to its detection, and the steepest way down (2,) then."""
     detected = int(np.searchsorted(run.time_ns, slip.detect_ns))
     first = int(np.flatnonzero(run.found)[0])
-    way, down = run.place_m[detected] - run.place_m[first], downhill_of(run.plate)[detected]
-    return math.acos(float(np.clip(way @ down / max(float(np.linalg.norm(way)), LEAST_SIGMA_M), -1.0, 1.0)))
+    return run.place_m[detected] - run.place_m[first], downhill_of(run.plate)[detected]
 
 
 def released(run: Motion) -> int:
