@@ -288,7 +288,7 @@ class ZenohBus:
                 self.leave_out(name, error)
                 return
             with self._arrival:
-                if repeats.seen(payload):
+                if sample.timestamp is not None and repeats.seen(str(sample.timestamp)):
                     self.duplicates[name] += 1
                     return
                 self._last_receive_ns = max(self._clock.now_ns(), self._last_receive_ns + 1)

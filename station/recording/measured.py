@@ -16,8 +16,8 @@ from station.recording.tables import LENGTHS, REQUIRED, known_columns, samples_i
 from station.signals.measured import Column, Measured
 
 COEFFICIENT, FORCE, LOAD = "friction_coefficient", "friction_force_n", "normal_load_n"
-RECORD = "displacement_m"
-"""The column of a continuous record, which is averaged in windows of equal slip."""
+RECORD, TIME = "displacement_m", "time_s"
+"""The columns of a continuous record, which is averaged in windows of equal slip."""
 
 NUMBERS: Mapping[str, float] = MappingProxyType(
     {
@@ -26,7 +26,7 @@ NUMBERS: Mapping[str, float] = MappingProxyType(
         FORCE: 0.0,
         LOAD: 0.0,
         "sliding_speed_m_s": 0.0,
-        "time_s": -math.inf,
+        TIME: -math.inf,
         RECORD: -math.inf,
         "foam_free_m": -math.inf,
     }
@@ -58,15 +58,19 @@ def read_measured(path: Path) -> Measured:
     samples = samples_in(columns, path)
     if len(samples) > MOST_ROWS:
         every = -(-len(samples) // MOST_ROWS)
-        mend = f"keep one row of {every}, as its means are taken anyway" if RECORD in columns else "split the table"
+        mend = (
+            f"keep one row of {every}, as its means are taken anyway"
+            if {RECORD, TIME} <= set(columns)
+            else "split the table"
+        )
         raise UserError(f"Expected at most {MOST_ROWS} measurements in {path}, it holds {len(samples)}; {mend}")
     more = {
         name: numbers_of(columns[name], name, path, least=least) for name, least in NUMBERS.items() if name in columns
     }
     _require_load(more, path)
     onset_rad = np.array([sample.onset_angle_rad for sample in samples], dtype=np.float64)
-    _require_one_friction(onset_rad, more.get(COEFFICIENT, np.full(len(samples), np.nan)), path)
     refuse_unlikely_friction(onset_rad, more.get(COEFFICIENT, np.zeros(0)), path)
+    _require_one_friction(onset_rad, more, path)
     named = [columns[name] for name in GROUPS if name in columns]
     known = {*known_columns(), *NUMBERS, *GROUPS}
     return Measured(
@@ -83,11 +87,17 @@ def _numbered(name: str) -> bool:
     return vector in LENGTHS and number.isdigit()
 
 
-def _require_one_friction(onset_rad: Column, coefficient: Column, path: Path) -> None:
-    """Refuses rows whose tilt says another friction than their coefficient: the tilt would be left alone in silence."""
-    tilted = np.tan(np.clip(onset_rad, 0.0, STEEPEST_RAD))
-    other = np.flatnonzero((coefficient > 0.0) & (tilted > 0.0) & (np.abs(tilted / coefficient - 1.0) > ALIKE))
-    if len(other):
+def _require_one_friction(onset_rad: Column, more: Mapping[str, Column], path: Path) -> None:
+    """Refuses a table in which most tilts say another friction at rest than the rows' coefficients.
+
+    The tilts would be left alone in silence.
+    """
+    none = np.full(len(onset_rad), np.nan)
+    tilted, coefficient = np.tan(np.clip(onset_rad, 0.0, STEEPEST_RAD)), more.get(COEFFICIENT, none)
+    at_rest = ~(more.get("sliding_speed_m_s", none) > 0.0)
+    both = at_rest & (coefficient > 0.0) & (tilted > 0.0)
+    other = np.flatnonzero(both & (np.abs(tilted - coefficient) > ALIKE * coefficient))
+    if len(other) > 0.5 * both.sum():
         row = int(other[0])
         raise UserError(
             f"{path}, row {row + 1}: expected one friction, got {coefficient[row]:.4g} in '{COEFFICIENT}' and "

@@ -8,9 +8,9 @@ import numpy as np
 
 from shared.geometry import Array
 
-DOWNHILL_RAD = math.radians(60.0)
-"""The farthest that most blocks slide from the steepest way down. Friction only takes energy, so none slides uphill;
-along grooves that lie any way to the slope half of the slides are within 45°. A wrong axis makes it 90° or 180°."""
+DOWNHILL_RAD = math.radians(80.0)
+"""The farthest that most blocks slide from the steepest way down. Friction only takes energy, so none slides uphill,
+and only grooves that lie all but across the slope take a block farther aside. A wrong axis makes it 90° or 180°."""
 
 LEAST = 1e-12
 """It guards a division."""

@@ -6,9 +6,9 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Generator
-from dataclasses import replace
 
 import pytest
+import zenoh
 
 from shared.bus import Bus, Received, Recipe
 from shared.clock import SimulatedClock, SystemClock
@@ -104,22 +104,26 @@ def test_everything_is_one_subscription_too(pair: Pair):
     wait(lambda: {"session/event", "camera/corners"} <= set(got), one, other)
 
 
-def test_what_is_sent_a_second_time_is_heard_once():
-    """A cache gives some of its messages again after a lost link; another life of the agent is not the same frame."""
+def test_what_a_cache_gives_again_is_heard_once():
+    """It has the stamp that it had. The same bytes with another one are another message, as of a second playback."""
     at = endpoint()
     with ZenohBus("contract", listen=[at]) as one, ZenohBus("contract", connect=[at]) as other:
         connected((one, other))
         heard, recorded = list[Received](), list[Received]()
         other.subscribe("camera/corners", heard.append)
         other.subscribe("camera/corners", recorded.append, direct=True)
-        settled(one, other)
-        later = replace(corners(0), boot_id=2)
-        for message in (*map(corners, (0, 1, 2, 1, 2, 3)), later):
-            one.publish("camera/corners", message)
-        wait(lambda: bool(heard) and heard[-1].message == later, one, other)
-    assert [item.message for item in heard] == [*map(corners, range(4)), later]
+        came, again = list[zenoh.Sample](), other._receiver("camera/corners")
+        with other._session.declare_subscriber("repose/contract/camera/corners", came.append):
+            settled(one, other)
+            for message in map(corners, (0, 1, 1)):
+                one.publish("camera/corners", message)
+            wait(lambda: len(came) == len(heard) == 3, one, other)
+        for sample in (came[0], *came):
+            again(sample)  # once more by the callback of another subscription: each is new to it once
+        other.poll()
+    assert [item.message for item in heard] == [corners(0), corners(1), corners(1)] * 2
     assert [item.payload for item in recorded] == [item.payload for item in heard]
-    assert other.duplicates == {"camera/corners": 2}
+    assert other.duplicates == {"camera/corners": 1}
 
 
 def test_two_handlers_of_one_topic_both_hear(pair: Pair):

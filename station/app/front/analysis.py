@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from rich.console import RenderableType
 
@@ -58,7 +58,8 @@ def analyze(
     Raises:
         UserError: if a file is missing, damaged or of another kind, the seed is none, or there is no sample.
     """
-    every = list(recordings) if isinstance(recordings, Sequence) and not isinstance(recordings, str) else [recordings]
+    one = isinstance(recordings, Recording | Session | str | Path) or not isinstance(recordings, Iterable)
+    every = [cast("Source", recordings)] if one else list(recordings)
     sessions = _sessions(every, spare=_spare(calibration))
     return Analysed(
         results=analysing.results_of(sessions, cutout_m=cutout_m, seed=seed_of(seed)),

@@ -13,8 +13,6 @@ import numpy as np
 import tomli_w
 
 from station.diagnosis import thresholds
-from station.diagnosis.inference.fit import Fit
-from station.diagnosis.inference.values import values_of
 from station.diagnosis.likelihood.systematic import without_nuisances
 from station.diagnosis.next_experiment.changes import FREE, Changes
 from station.diagnosis.next_experiment.choice import POWER, Bench, Choice, narrowing, separating
@@ -54,7 +52,7 @@ def next_experiment(
             return None
         if len(question.ids) > 1:
             return _separates(question, bench)
-        return _narrows(question, bench, found.model)
+        return _narrows(question, bench, main)
     suspicion = _suspicion(found)
     return None if suspicion is None else _confirms(_suspected(found, suspicion, catalogue), bench)
 
@@ -214,12 +212,11 @@ def most_promising(choice: Choice, bench: Bench) -> str:
     return f"The most promising one ({_words(choice.changes, bench)}) would do so in {percent} % of the sessions."
 
 
-def _narrows(question: Question, bench: Bench, fitted: Fit) -> NextExperiment | None:
-    """Returns the plan that halves the standard error of an effect's size; None if it is precise already."""
+def _narrows(question: Question, bench: Bench, main: EffectFound) -> NextExperiment | None:
+    """Returns the plan that halves the standard error of a reported size; None if it is precise already."""
     rival = question.rivals[0]
-    own = next(term for term in fitted.model.terms if term.effect.id == rival.id)
-    name, value = _number(fitted, own)
-    if value is None or value.sd <= thresholds.PRECISE * _size(own, name):
+    name, value = _number(rival.term.effect, main.parameters)
+    if value is None or value.sd <= thresholds.PRECISE * _size(rival.term.effect, main.parameters, name):
         return None
     choice = narrowing(question, bench, ratio=HALF)
     if choice is None:
@@ -235,12 +232,11 @@ def _narrows(question: Question, bench: Bench, fitted: Fit) -> NextExperiment | 
     )  # fmt: skip
 
 
-def _number(fitted: Fit, term: Term) -> tuple[str, Value | None]:
-    """Returns the largest size of a term by typical sizes, and its value."""
-    values = values_of(fitted, term)
+def _number(effect: Effect, values: Mapping[str, Value]) -> tuple[str, Value | None]:
+    """Returns the name of an effect's largest size by typical sizes, and its value."""
     sizes = [
         parameter
-        for parameter in term.effect.parameters
+        for parameter in effect.parameters
         if not parameter.is_shape and math.isfinite(values[parameter.name].sd) and not values[parameter.name].at_bound
     ]
     if not sizes:
@@ -249,14 +245,14 @@ def _number(fitted: Fit, term: Term) -> tuple[str, Value | None]:
     return largest.name, values[largest.name]
 
 
-def _size(term: Term, name: str) -> float:
+def _size(effect: Effect, values: Mapping[str, Value], name: str) -> float:
     """Returns the size of a number, or of the vector that it is a component of.
 
     Components have the same unit, typical size and bounds, and their bounds are symmetric about 0.
     """
-    kinds = {p.name: (p.unit, p.low, p.high, p.typical) for p in term.effect.parameters}
+    kinds = {p.name: (p.unit, p.low, p.high, p.typical) for p in effect.parameters}
     like = [other for other, kind in kinds.items() if kind == kinds[name] and kind[1] == -kind[2]] or [name]
-    return math.hypot(*(term.values[other] for other in like))
+    return math.hypot(*(values[other].value for other in like))
 
 
 def _words(changes: Changes, bench: Bench | None) -> str:

@@ -165,12 +165,13 @@ def _checksums(table: Measured) -> Index:
 def _first_of_copies(run: Index, time_ns: Times, cells: Index, group: Index | None) -> Index:
     """Returns the indices of rows (n,) without those that repeat an earlier one of the same run, time and group.
 
-    Where neither run nor time says which measurement a row is, two measurements may be equal, as of rounded numbers.
+    Where these do not say which measurement a row is, two measurements may be equal, as of rounded numbers: there are
+    no runs and times, or rows of one run and time that differ.
     """
-    if not len(run) or not (np.ptp(run) or np.ptp(time_ns)):
-        return np.arange(len(run))
-    keys = np.column_stack([run, time_ns, cells, np.zeros_like(run) if group is None else group])
-    return np.sort(np.unique(keys, axis=0, return_index=True)[1])
+    moments = np.column_stack([run, time_ns, np.zeros_like(run) if group is None else group])
+    rows, first = np.unique(np.column_stack([moments, cells]), axis=0, return_index=True)
+    several = len(np.unique(moments, axis=0)) < len(rows)
+    return np.arange(len(run)) if several or not len(run) or not (np.ptp(run) or np.ptp(time_ns)) else np.sort(first)
 
 
 def _number(run: Index, time_ns: Times) -> Array:

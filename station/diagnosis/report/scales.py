@@ -16,7 +16,6 @@ _UNITS = {
     "tilt_rate": "°/s",
     "step_time": "s",
     "temperature": "°C",
-    "humidity": "%",
     "run": "number",
 }
 _RESIDUALS = READ_RESIDUALS_IN | {"relative friction": (100.0, "% of the friction")}
@@ -41,6 +40,8 @@ def covariate(name: str, values: Array) -> tuple[Array, str]:
     title = TITLES.get(name, {"x": "x on the plate", "y": "y on the plate", "all": "throughout"}.get(name, name))
     if name in _ANGLES:
         return np.degrees(values), f"{title} ({_UNITS.get(name, '°')})"
+    if name == "humidity":
+        return 100.0 * values, f"{title} (%)"
     if name in _LENGTHS:
         return 1e3 * values, f"{title} (mm)"
     if name == "dwell":

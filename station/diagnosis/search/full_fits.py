@@ -43,12 +43,14 @@ def in_full(fitter: Fitter, current: Fit, ranked: Sequence[Candidate], offered: 
 
 
 def told_by_one(pair: Candidate, full: Mapping[tuple[str, ...], Candidate]) -> bool:
-    """Returns true if one effect of a pair alone, fitted in full, has gained more than the scores promise of both.
+    """Returns true if one effect of a pair alone, as a credible fit, has gained more than the scores promise of both.
 
     Whether the other one adds to it is told by the scores around that fit, see `_partnered`, or in the next stage.
     """
     alone = (full.get((effect.id,)) for effect in pair.effects)
-    return len(pair.effects) > 1 and any(one is not None and one.twice_gain > pair.twice_gain for one in alone)
+    return len(pair.effects) > 1 and any(
+        one is not None and one.credible and one.twice_gain > pair.twice_gain for one in alone
+    )
 
 
 def _partnered(

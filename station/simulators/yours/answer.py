@@ -76,16 +76,16 @@ def _table(given: Any) -> tuple[Array, float | None]:
     columns = given
     onset = None
     if all(hasattr(given, name) for name in ("t_s", "x_m", "y_m", "yaw_rad")):
-        parts = [np.asarray(getattr(given, name), dtype=float).ravel() for name in ("t_s", "x_m", "y_m", "yaw_rad")]
+        parts = [np.asarray(getattr(given, name)).ravel() for name in ("t_s", "x_m", "y_m", "yaw_rad")]
         if len({len(part) for part in parts}) > 1:
             lengths = ", ".join(str(len(part)) for part in parts)
             raise ValueError(f"expected t_s, x_m, y_m and yaw_rad of one length, got {lengths}")
         columns = np.column_stack(parts)
         onset = getattr(given, "onset_s", None)
     try:
-        if isinstance(columns, bool):
+        if isinstance(columns, bool) or np.iscomplexobj(np.asarray(columns)):
             raise TypeError(columns)
-        table = np.asarray(columns).astype(float, casting="same_kind")
+        table = np.asarray(columns, dtype=float)
     except (TypeError, ValueError):
         raise ValueError(
             f"expected rows of t, x, y, yaw, a Path or an onset in seconds, got {type(given).__name__}"

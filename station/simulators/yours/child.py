@@ -28,6 +28,10 @@ START_S = 120.0
 """Importing the user's file may take so long: a graphics or learning library takes half a minute on a busy machine."""
 
 
+MOST_STATUSES = 256
+"""The number of exit statuses that a program gives itself."""
+
+
 class Child:
     """A function of a Python file in another process, which is ended with `close` or when it is late."""
 
@@ -37,7 +41,7 @@ class Child:
         Raises:
             UserError: if that fails.
         """
-        self._function, self._limit_s = f"{path}:{name}", limit_s
+        self._function, self._limit_s = f"{path}:{name}", min(limit_s, threading.TIMEOUT_MAX)
         words = [sys.executable, "-m", "station.simulators.yours.child", str(path), name]
         here = str(Path(__file__).parents[3])
         paths = os.pathsep.join([here, *filter(None, [os.environ.get("PYTHONPATH")])])
@@ -79,10 +83,12 @@ class Child:
 
 
 def _ended(status: int) -> str:
-    """Returns how a process ended, in words."""
-    if status >= 0:
-        return f"its process ended with status {status}: something in it calls os._exit, or closed its output"
-    name = next((one.name for one in signal.Signals if one == -status), f"signal {-status}")
+    """Returns how a process ended, in words; a crash has a negative status, and on Windows a large one."""
+    if 0 <= status < MOST_STATUSES:
+        return (
+            f"its process ended with status {status}: what it printed may tell why, or something in it calls os._exit"
+        )
+    name = next((one.name for one in signal.Signals if one == -status), f"status {status}")
     return f"its process was ended by {name}: a library that it calls crashed, or had too little memory"
 
 

@@ -303,6 +303,8 @@ def test_equal_rows_that_no_run_or_time_tells_apart_are_measurements_of_their_ow
     assert table_evidence(measured(columns), Setting()).used() == 30
     groups = tuple(f"specimen {row // 10}" for row in range(30))
     assert table_evidence(measured(columns, run=np.arange(30) % 10, group=groups), Setting()).used() == 30
+    rounded = {"friction_coefficient": np.round(0.35 + 0.01 * (np.arange(60) % 4), 2)}
+    assert table_evidence(measured(rounded, run=np.arange(60) // 20), Setting()).used() == 60, "20 rows in each run"
 
 
 def test_ignored_columns_are_named() -> None:

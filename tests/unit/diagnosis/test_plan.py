@@ -20,6 +20,7 @@ from station.diagnosis.next_experiment.outlook import Outlook, Question, Rival, 
 from station.diagnosis.next_experiment.plan import most_promising, separate
 from station.diagnosis.next_experiment.redone import Draw, redone
 from station.diagnosis.next_experiment.words import by_hand, in_words
+from station.diagnosis.result import Value
 from station.physics.catalogue import catalogue
 from station.physics.model import Model, Term
 
@@ -197,16 +198,13 @@ def test_a_session_turned_about_the_normal_differs_for_no_isotropic_law() -> Non
 
 def test_the_number_to_be_narrowed_is_the_one_that_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     """A rival has the values of its own comparison, and of each shape that the recording left open."""
-    grain, numbers = catalogue()["plate_anisotropy"], {"cos2": 0.1, "sin2": 0.0, "shape": 0.0}
-    fitted: Any = SimpleNamespace(
-        model=Model(mu_s=0.4, terms=(Term(grain, numbers),)), sd=lambda *_: 0.03, at_bound=lambda *_: False
-    )
-    rival = Rival(Term(grain, numbers | {"cos2": 0.7}))
-    asked: Any = SimpleNamespace(rivals=(rival,))
+    grain, numbers = KNOWN["plate_anisotropy"], {"cos2": 0.1, "sin2": 0.0, "shape": 0.0}
+    reported = {name: Value(value=value, sd=0.03, unit="1") for name, value in numbers.items()}
+    asked: Any = SimpleNamespace(rivals=(Rival(Term(grain, numbers | {"cos2": 0.7})),))
     choice = Choice(changes=(), runs=40, minutes=20.0, promise=Outlook(power=1.0, log_odds=9.0), sd_ratio=0.5)
     monkeypatch.setattr(plan, "narrowing", lambda *_, **__: choice)
     monkeypatch.setattr(plan, "_words", lambda *_: "a longer session")
     monkeypatch.setattr(plan, "_toml", lambda *_: "")
-    found = plan._narrows(asked, cast("Any", None), fitted)
+    found = plan._narrows(asked, cast("Any", None), cast("Any", SimpleNamespace(parameters=reported)))
     assert found is not None
     assert "now 0.100 ± 0.030" in found.why

@@ -78,8 +78,14 @@ def test_a_tilt_and_a_coefficient_that_contradict_each_other_are_told(tmp_path: 
         tmp_path / "a.csv",
         r"row 2: expected one friction, got 0.6 in 'friction_coefficient' and 0.4 by the tilt",
     )
-    table.write_text("onset_angle_rad,friction_coefficient\n0.3805,0.40\n0.3805,0.60\n", encoding="utf-8")
+    table.write_text("onset_angle_rad,friction_coefficient\n0.3805,0.40\n0.3805,0.60\n0.3805,0.60\n", encoding="utf-8")
     with pytest.raises(UserError, match=said):
         read_measured(table)
     table.write_text("onset_angle_rad,friction_coefficient\n0.3805,0.40\n0.3805,\n", encoding="utf-8")
     assert len(read_measured(table)) == 2
+
+
+def test_friction_at_rest_and_while_sliding_may_stand_in_one_row(tmp_path: Path) -> None:
+    rows = "".join("0.3805,0.33,0.05\n" for _ in range(3))
+    (tmp_path / "a.csv").write_text(f"onset_angle_rad,friction_coefficient,sliding_speed_m_s\n{rows}", encoding="utf-8")
+    assert len(read_measured(tmp_path / "a.csv")) == 3

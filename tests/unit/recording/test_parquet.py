@@ -158,7 +158,7 @@ def test_more_measurements_than_a_diagnosis_holds_are_refused(tmp_path: Path, mo
 def test_a_long_record_is_to_be_thinned_and_not_split(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its rows are neighbours: a part of it says less of how its friction wanders."""
     monkeypatch.setattr(measured, "MOST_ROWS", 2)
-    text = "displacement_m,friction_coefficient\n" + "".join(f"{row},0.3\n" for row in range(5))
+    text = "time_s,displacement_m,friction_coefficient\n" + "".join(f"{row},{row},0.3\n" for row in range(5))
     (tmp_path / "a.csv").write_text(text, encoding="utf-8")
     with pytest.raises(UserError, match="it holds 5; keep one row of 3, as its means are taken anyway"):
         measured.read_measured(tmp_path / "a.csv")

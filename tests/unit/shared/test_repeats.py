@@ -1,14 +1,14 @@
-"""A repeat is known by its bytes, as far back as the cache of its topic goes."""
+"""A repeat is known by its stamp, as far back as the cache of its topic goes."""
 
 from shared.repeats import Repeats
 
 
-def test_a_payload_is_seen_again_while_it_is_among_the_last() -> None:
+def test_a_stamp_is_seen_again_while_it_is_among_the_last() -> None:
     last = Repeats(2)
-    seen = [last.seen(each) for each in (b"a", b"b", b"a", b"c", b"b", b"a")]
+    seen = [last.seen(each) for each in "abacba"]
     assert seen == [False, False, True, False, True, False]
 
 
 def test_without_a_cache_nothing_is_a_repeat() -> None:
     none = Repeats(0)
-    assert not any(none.seen(b"a") for _ in range(3))
+    assert not any(none.seen("a") for _ in range(3))

@@ -108,8 +108,10 @@ def refuse_other_ways(runs: Sequence[Motion], slips: Sequence[Slip | None], sour
 def _ways(run: Motion, slip: Slip) -> tuple[Array, Array]:
     """Returns the way (2,), m, of a run's slide up to its detection, and the steepest way down (2,) then."""
     detected = int(np.searchsorted(run.time_ns, slip.detect_ns))
-    first = int(np.flatnonzero(run.found)[0])
-    return run.place_m[detected] - run.place_m[first], downhill_of(run.plate)[detected]
+    seen = np.flatnonzero(run.found)
+    lying = max(int(np.searchsorted(run.time_ns[seen], slip.tilt_ns, side="right")), 1)
+    rest = np.median(run.place_m[seen[:lying]], axis=0)
+    return run.place_m[detected] - rest, downhill_of(run.plate)[detected]
 
 
 def released(run: Motion) -> int:
