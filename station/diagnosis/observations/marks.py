@@ -21,7 +21,9 @@ CREEP_POINTS = 49
 class PlateMarks(Channel):
     """The apparent motion of the plate's own fiducials down the slope, m, at the block mark's height.
 
-    `view` and `start` see the mark in each stretch of the tilt (n,) and level before the tilt (n,).
+    `view` and `start` see the mark in each stretch of the tilt (n,) and level before the tilt (n,). It lies where it
+    lay: what it seems to have moved is what a model predicts, and no place from which to predict. Beside a lens of 4 %
+    a camera's sag was 14 % too small, and the blocks seemed to creep.
     """
 
     name: str = "plate"
@@ -33,7 +35,7 @@ class PlateMarks(Channel):
 
     def __init__(self, rows: Rows, moved_m: Array, view: View, start: View) -> None:
         super().__init__(rows)
-        self._moved, self._view, self._start = moved_m, view, start
+        self._moved, self._view, self._start = moved_m, view.of(start.point_m), start
 
     def residual(self, model: Model) -> Array:
         """Returns recorded minus predicted apparent motion (n,), m."""
