@@ -87,7 +87,6 @@ def test_an_unknown_command_is_exit_status_2(capsys: pytest.CaptureFixture[str])
     ("words", "said"),
     [
         (("--samples", "0"), "Expected --samples to be 1 or more, got 0"),
-        (("--seed", "-1"), "Expected --seed to be 0 or more, got -1"),
         (("--plan", "none.toml"), "Expected a TOML file at none.toml"),
         (("--out", "taken.mcap"), "taken.mcap exists"),
         (("--out", "name"), "to end in .mcap, got 'name'"),
