@@ -112,8 +112,9 @@ def test_what_a_cache_gives_again_is_heard_once():
         heard, recorded = list[Received](), list[Received]()
         other.subscribe("camera/corners", heard.append)
         other.subscribe("camera/corners", recorded.append, direct=True)
-        came, again = list[zenoh.Sample](), other._receiver("camera/corners")
-        with other._session.declare_subscriber("repose/contract/camera/corners", came.append):
+        came, again = list[zenoh.Sample](), other._receiver("camera/corners")  # pyright: ignore[reportPrivateUsage]
+        session = other._session  # pyright: ignore[reportPrivateUsage]
+        with session.declare_subscriber("repose/contract/camera/corners", came.append):
             settled(one, other)
             for message in map(corners, (0, 1, 1)):
                 one.publish("camera/corners", message)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from rich.console import RenderableType
 
@@ -58,9 +58,7 @@ def analyze(
     Raises:
         UserError: if a file is missing, damaged or of another kind, the seed is none, or there is no sample.
     """
-    one = isinstance(recordings, Recording | Session | str | Path) or not isinstance(recordings, Iterable)
-    every = [cast("Source", recordings)] if one else list(recordings)
-    sessions = _sessions(every, spare=_spare(calibration))
+    sessions = _sessions(_every(recordings), spare=_spare(calibration))
     return Analysed(
         results=analysing.results_of(sessions, cutout_m=cutout_m, seed=seed_of(seed)),
         sessions=tuple(sessions),
@@ -71,6 +69,14 @@ def analyze(
             seed=None if seed == 1 else seed,
         ),
     )
+
+
+def _every(recordings: Any) -> list[Source]:
+    """Returns one or several sources as a list; what is none is refused where it is read."""
+    if isinstance(recordings, Recording | Session | str | Path):
+        return [recordings]
+    several: Any = recordings if isinstance(recordings, Iterable) else [recordings]
+    return list(several)
 
 
 def _spare(calibration: FilePath | None) -> CameraGeometry | None:

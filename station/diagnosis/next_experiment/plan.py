@@ -52,7 +52,7 @@ def next_experiment(
             return None
         if len(question.ids) > 1:
             return _separates(question, bench)
-        return _narrows(question, bench, main)
+        return narrows(question, bench, main)
     suspicion = _suspicion(found)
     return None if suspicion is None else _confirms(_suspected(found, suspicion, catalogue), bench)
 
@@ -212,7 +212,7 @@ def most_promising(choice: Choice, bench: Bench) -> str:
     return f"The most promising one ({_words(choice.changes, bench)}) would do so in {percent} % of the sessions."
 
 
-def _narrows(question: Question, bench: Bench, main: EffectFound) -> NextExperiment | None:
+def narrows(question: Question, bench: Bench, main: EffectFound) -> NextExperiment | None:
     """Returns the plan that halves the standard error of a reported size; None if it is precise already."""
     rival = question.rivals[0]
     name, value = _number(rival.term.effect, main.parameters)

@@ -8,13 +8,19 @@ from station.physics.catalogue import catalogue
 
 
 class Fitted(Candidate):
-    """A candidate with a full fit that is at a maximum, or at a bound."""
+    """A candidate with a full fit that is at a maximum."""
 
-    credible = True
+    @property
+    def credible(self) -> bool:
+        return True
 
 
-class AtBound(Fitted):
-    credible = False
+class AtBound(Candidate):
+    """A candidate whose size ended at a bound."""
+
+    @property
+    def credible(self) -> bool:
+        return False
 
 
 def candidate(twice_gain: float, *names: str, kind: type[Candidate] = Candidate) -> Candidate:

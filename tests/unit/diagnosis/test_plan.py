@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -202,9 +203,8 @@ def test_the_number_to_be_narrowed_is_the_one_that_is_reported(monkeypatch: pyte
     reported = {name: Value(value=value, sd=0.03, unit="1") for name, value in numbers.items()}
     asked: Any = SimpleNamespace(rivals=(Rival(Term(grain, numbers | {"cos2": 0.7})),))
     choice = Choice(changes=(), runs=40, minutes=20.0, promise=Outlook(power=1.0, log_odds=9.0), sd_ratio=0.5)
-    monkeypatch.setattr(plan, "narrowing", lambda *_, **__: choice)
-    monkeypatch.setattr(plan, "_words", lambda *_: "a longer session")
-    monkeypatch.setattr(plan, "_toml", lambda *_: "")
-    found = plan._narrows(asked, cast("Any", None), cast("Any", SimpleNamespace(parameters=reported)))
+    for name, gives in (("narrowing", choice), ("_words", "a longer session"), ("_toml", "")):
+        monkeypatch.setattr(plan, name, Mock(return_value=gives))
+    found = plan.narrows(asked, cast("Any", None), cast("Any", SimpleNamespace(parameters=reported)))
     assert found is not None
     assert "now 0.100 ± 0.030" in found.why
