@@ -274,7 +274,8 @@ class ZenohBus:
         None of them sees what a cache gives a second time.
         """
         skip, handlers = len(self._prefix) + 1, self._handlers[topic]
-        repeats = Repeats(topics.TOPICS[topic].traffic.cache if topic in topics.TOPICS else 0)
+        cache = topics.TOPICS[topic].traffic.cache if topic in topics.TOPICS else 0
+        repeats = Repeats(cache)
 
         def callback(sample: zenoh.Sample) -> None:
             name = str(sample.key_expr)[skip:]
@@ -288,7 +289,7 @@ class ZenohBus:
                 self.leave_out(name, error)
                 return
             with self._arrival:
-                if sample.timestamp is not None and repeats.seen(str(sample.timestamp)):
+                if cache and sample.timestamp is not None and repeats.seen(str(sample.timestamp)):
                     self.duplicates[name] += 1
                     return
                 self._last_receive_ns = max(self._clock.now_ns(), self._last_receive_ns + 1)

@@ -10,7 +10,8 @@ from shared.geometry import Array
 
 DOWNHILL_RAD = math.radians(80.0)
 """The farthest that most blocks slide from the steepest way down. Friction only takes energy, so none slides uphill,
-and only grooves that lie all but across the slope take a block farther aside. A wrong axis makes it 90° or 180°."""
+and only grooves that lie all but across the slope take a block farther aside. A wrong axis makes it 90° or 180°.
+`pytest tests/unit/diagnosis/test_downhill.py` shows both sides of it."""
 
 LEAST = 1e-12
 """It guards a division."""

@@ -67,13 +67,15 @@ class TableRows:
             usable &= tilted | (speed > 0)
         indices, cells = np.flatnonzero(usable), _checksums(table)
         order = indices[np.lexsort((cells[indices], time_ns[indices], run[indices]))]
-        order = order[_first_of_copies(run[order], time_ns[order], cells[order], _groups(table, order))]
+        group = _groups(table, order)
+        kept = _first_of_copies(run[order], time_ns[order], cells[order], group)
+        order, group = order[kept], None if group is None else group[kept]
         return cls(
             samples=samples[order],
             row=order + 1,
             number=_number(run[order], time_ns[order]),
             time_ns=time_ns[order],
-            group=_groups(table, order),
+            group=group,
             coefficient=coefficient[order],
             sigma=(table.column("friction_coefficient_sd") / coefficient)[order],
             load_n=_loads_n(table, steady)[order],
@@ -168,10 +170,12 @@ def _first_of_copies(run: Index, time_ns: Times, cells: Index, group: Index | No
     Where these do not say which measurement a row is, two measurements may be equal, as of rounded numbers: there are
     no runs and times, or rows of one run and time that differ.
     """
+    if not len(run) or not (np.ptp(run) or np.ptp(time_ns)):
+        return np.arange(len(run))
     moments = np.column_stack([run, time_ns, np.zeros_like(run) if group is None else group])
     rows, first = np.unique(np.column_stack([moments, cells]), axis=0, return_index=True)
     several = len(np.unique(moments, axis=0)) < len(rows)
-    return np.arange(len(run)) if several or not len(run) or not (np.ptp(run) or np.ptp(time_ns)) else np.sort(first)
+    return np.arange(len(run)) if several else np.sort(first)
 
 
 def _number(run: Index, time_ns: Times) -> Array:

@@ -68,8 +68,7 @@ def slip_of(run: Motion, *, onset: Traced | None) -> Slip:
     tilt, seen = tilt_of(run.plate), np.flatnonzero(run.found)
     tilted = np.abs(tilt - tilt[0]) > BEGINS_RAD
     begin = max(int(np.argmax(tilted)) - 1, 0)
-    lying = max(int(np.searchsorted(seen, begin)), 1)
-    rest = np.asarray(np.median(run.place_m[seen[:lying]], axis=0))
+    rest = _rest_m(run, begin)
     tilt_ns = int(run.time_ns[begin])
     slid = np.flatnonzero(np.hypot(*(run.place_m[seen] - rest).T) > MOVED_M)
     if not len(slid) or not tilted[seen[slid[0]]]:  # a block that moves on a level plate has not slipped
@@ -88,8 +87,15 @@ def slip_of(run: Motion, *, onset: Traced | None) -> Slip:
     return moved if onset is None else _fitted(run, moved, seen[: int(slid[0]) + 1], rest, onset)
 
 
+def _rest_m(run: Motion, begin: int) -> Array:
+    """Returns where the block lay (2,), m, before the frame at which the plate begins to tilt."""
+    seen = np.flatnonzero(run.found)
+    lying = max(int(np.searchsorted(seen, begin)), 1)
+    return np.asarray(np.median(run.place_m[seen[:lying]], axis=0))
+
+
 def refuse_other_ways(runs: Sequence[Motion], slips: Sequence[Slip | None], source: str) -> None:
-    """Refuses slides that most go elsewhere than down the plate: then its attitude is another one than the table says.
+    """Refuses slides that most go elsewhere than down the plate: it stands otherwise than the table says.
 
     Raises:
         UserError: with the usual angle between the slides and the steepest way down.
@@ -108,9 +114,7 @@ def refuse_other_ways(runs: Sequence[Motion], slips: Sequence[Slip | None], sour
 def _ways(run: Motion, slip: Slip) -> tuple[Array, Array]:
     """Returns the way (2,), m, of a run's slide up to its detection, and the steepest way down (2,) then."""
     detected = int(np.searchsorted(run.time_ns, slip.detect_ns))
-    seen = np.flatnonzero(run.found)
-    lying = max(int(np.searchsorted(run.time_ns[seen], slip.tilt_ns, side="right")), 1)
-    rest = np.median(run.place_m[seen[:lying]], axis=0)
+    rest = _rest_m(run, int(np.searchsorted(run.time_ns, slip.tilt_ns)))
     return run.place_m[detected] - rest, downhill_of(run.plate)[detected]
 
 
