@@ -55,9 +55,8 @@ def sampling_machine(rig: RigConfig, plan: Plan, *, tilter: Tilter | None = None
 
 def plan_from(path: str | None, *, samples: int | None, seed: int | None) -> Plan:
     """Returns the plan of `--plan`, or the paper's; `--samples` and `--seed` replace its own."""
-    for name, value, least in (("samples", samples, 1), ("seed", seed, 0)):
-        if value is not None and value < least:
-            raise UserError(f"Expected --{name} to be {least} or more, got {value}")
+    if samples is not None and samples < 1:
+        raise UserError(f"Expected --samples to be 1 or more, got {samples}")
     table = load_table(Path(path)) if path else Table({})
     given = {"samples": samples, "seed": seed}
     values = {**table.values, **{key: value for key, value in given.items() if value is not None}}

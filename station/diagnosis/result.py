@@ -351,3 +351,8 @@ class Diagnosis:
     def names(self) -> tuple[str, ...]:
         """Ids of the effects that are claimed: supported or indistinguishable."""
         return tuple(effect.id for effect in self.effects if effect.verdict in ("supported", "indistinguishable"))
+
+    @property
+    def level_differs(self) -> bool:
+        """True if recording and simulation have another level of friction."""
+        return any(one.name == "mu_s" for one in self.differs)

@@ -40,8 +40,8 @@ MOST_ROWS = 75_000
 """The largest number of measurements: a diagnosis takes 10 kB for each, and all of it is to stay below 1 GB."""
 
 ALIKE, STEEPEST_RAD = 0.05, 1.5
-"""Two ways to tell a row's friction agree to this share, rounding and the plate's own motion included; and the steepest
-tilt whose tangent is asked for."""
+"""Two ways to tell a row's friction agree to this share: a tilt of 10° that is rounded to whole degrees has its tangent
+off by so much, and a steeper one by less. The other is the steepest tilt whose tangent is asked for, rad."""
 
 ONE_OF = (REQUIRED, COEFFICIENT, FORCE)
 """A table must have one of these columns."""

@@ -18,7 +18,8 @@ from station.app.analysis_files import flagged, write_results
 from station.app.attached import planted_in_recording
 from station.app.front import columns
 from station.app.front.page import fragment
-from station.app.front.recording import FilePath, Recording, path_of, seed_of
+from station.app.front.recording import FilePath, Recording, path_of
+from station.app.front.seeds import seed_of
 from station.app.front.table import Table
 from station.app.front.text import as_text
 from station.app.sessions import geometry_of, read_sessions, session_of

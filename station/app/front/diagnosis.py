@@ -12,7 +12,8 @@ import tomli_w
 from shared.installed import missing_as_user_error
 from station.app.diagnosing import diagnose_file, diagnose_session
 from station.app.front.page import fragment
-from station.app.front.recording import FilePath, Recording, path_of, seed_of
+from station.app.front.recording import FilePath, Recording, path_of
+from station.app.front.seeds import seed_of
 from station.app.front.text import as_text
 from station.app.outputs import write_text
 from station.app.planned import RecordedPlan

@@ -206,14 +206,3 @@ def path_of(path: FilePath, *, expected: str = "a recording or the path of a fil
         return Path(path)
     except TypeError:
         raise UserError(f"Expected {expected}, got {type(path).__name__}") from None
-
-
-def seed_of(seed: object) -> int:
-    """Returns the seed of random choices that was given.
-
-    Raises:
-        UserError: for what is none.
-    """
-    if not isinstance(seed, int | np.integer) or isinstance(seed, bool) or seed < 0:
-        raise UserError(f"Expected seed to be a whole number of 0 or more, got {seed!r}")
-    return int(seed)

@@ -20,7 +20,8 @@ from shared.rig import RigConfig
 from station.app import simulating
 from station.app.attached import SIMULATED_FROM
 from station.app.front.page import fragment
-from station.app.front.recording import FilePath, Recording, opened, path_of, seed_of
+from station.app.front.recording import FilePath, Recording, opened, path_of
+from station.app.front.seeds import seed_of
 from station.app.front.table import Table
 from station.app.onset_differences import difference, in_sum, of_scatter
 from station.app.planting import plain_model

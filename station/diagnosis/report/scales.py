@@ -9,7 +9,14 @@ from station.diagnosis.search.locate import READ_RESIDUALS_IN
 from station.physics.contact import Array
 
 _ANGLES = ANGLES | {"tilt", "tilt_rate"}
-_LENGTHS = frozenset({"x", "y", "ahead", "previous_slide"})
+_SCALED = {
+    "humidity": (100.0, "%"),
+    "x": (1e3, "mm"),
+    "y": (1e3, "mm"),
+    "ahead": (1e3, "mm"),
+    "previous_slide": (1e3, "mm"),
+}
+"""The factor and unit in which people read what is not told in its own."""
 _UNITS = {
     "speed": "m/s",
     "slide_time": "s",
@@ -40,10 +47,9 @@ def covariate(name: str, values: Array) -> tuple[Array, str]:
     title = TITLES.get(name, {"x": "x on the plate", "y": "y on the plate", "all": "throughout"}.get(name, name))
     if name in _ANGLES:
         return np.degrees(values), f"{title} ({_UNITS.get(name, '°')})"
-    if name == "humidity":
-        return 100.0 * values, f"{title} (%)"
-    if name in _LENGTHS:
-        return 1e3 * values, f"{title} (mm)"
+    if name in _SCALED:
+        factor, unit = _SCALED[name]
+        return factor * values, f"{title} ({unit})"
     if name == "dwell":
         return values, f"{title} (log₁₀ of seconds)"
     if name == "load":

@@ -30,12 +30,11 @@ def _said(diagnosis: Diagnosis) -> str:
     claimed = {side: claimed_effects(diagnosis, side) for side in ("recording", "both", "simulation")}
     baseline = "the simulation" if diagnosis.given else "a simulation with one constant friction"
     parts = [words.format(_names(claimed[side]), baseline=baseline) for side, words in _CLAIMS.items() if claimed[side]]
-    level = any(one.name == "mu_s" for one in diagnosis.differs)
     unseen = tuple(effect for effect in diagnosis.effects if effect.verdict == "untestable")
     if unseen:
         parts.append(f"whether the simulation has {_names(unseen)} cannot be said, since it could not show there")
     if parts:
-        said = "; ".join(["the friction has another level", *parts] if level else parts)
+        said = "; ".join(["the friction has another level", *parts] if diagnosis.level_differs else parts)
         return said[0].upper() + said[1:]
     if diagnosis.given:
         return "Nothing is left out of the simulation" + _but(diagnosis)
@@ -61,7 +60,7 @@ def _but(diagnosis: Diagnosis) -> str:
     if diagnosis.numerics:
         names = ", ".join(dict.fromkeys(str(one["id"]) for one in diagnosis.numerics))
         return f", but its solver has artefacts ({names})"
-    if any(one.name == "mu_s" for one in diagnosis.differs):
+    if diagnosis.level_differs:
         return ", but its friction has another level"
     if diagnosis.differs:
         return ", but some of its numbers are others"

@@ -75,7 +75,7 @@ def _headline(diagnosis: Diagnosis) -> Text:
 
 def _friction(diagnosis: Diagnosis) -> str:
     """Returns the level of friction; empty where it is not known, or told beside that of a simulation."""
-    told = any(one.name == "mu_s" for one in diagnosis.differs) or not math.isfinite(diagnosis.mu_s.value)
+    told = diagnosis.level_differs or not math.isfinite(diagnosis.mu_s.value)
     return "" if told else f", {diagnosis.level} = {diagnosis.mu_s}"
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -116,10 +115,3 @@ def test_what_is_no_path_is_said(tmp_path: Path) -> None:
         station.analyze(7)  # pyright: ignore[reportArgumentType]
     with pytest.raises(station.UserError, match="another kind of file"):
         station.open(tmp_path / "table.csv")
-
-
-@pytest.mark.parametrize("seed", [-1, "a", 1.5, True])
-def test_what_is_no_seed_is_said(seed: Any) -> None:
-    for ask in (station.diagnose, station.simulate, station.analyze):
-        with pytest.raises(station.UserError, match="Expected seed to be a whole number of 0 or more, got"):
-            ask(GOLDEN, seed=seed)
