@@ -42,7 +42,7 @@ def tls_settings(
         for kind, name in (("certificate", "cert"), ("private_key", "key"))
     }
     tls = {"root_ca_certificate": str(files["ca"]), "enable_mtls": True, "verify_name_on_connect": True, **own}
-    return {"transport/link/tls": tls} | _rights(folder / RIGHTS, rig_id)
+    return {"transport/link/tls": tls} | _rights(folder / RIGHTS, rig_id, process)
 
 
 def keys_in_use(
@@ -71,8 +71,10 @@ def _readable(file: Path) -> Path:
     return file
 
 
-def _rights(file: Path, rig_id: str) -> dict[str, Any]:
-    return {"access_control": access_control(rig_id, members_in(file, rig_id))} if file.exists() else {}
+def _rights(file: Path, rig_id: str, process: str) -> dict[str, Any]:
+    if not file.exists():
+        return {}
+    return {"access_control": access_control(rig_id, members_in(file, rig_id), process=process)}
 
 
 def members_in(file: Path, rig_id: str) -> dict[str, list[str]]:

@@ -29,8 +29,12 @@ _CACHE = "@adv/**"
 """The part below a topic's key that Zenoh's advanced publisher keeps and announces. `**` alone does not reach it."""
 
 
-def access_control(rig_id: str, members: Members) -> dict[str, Any]:
-    """Returns Zenoh's settings `access_control` of every process of the rig."""
+def access_control(rig_id: str, members: Members, *, process: str = OBSERVER) -> dict[str, Any]:
+    """Returns Zenoh's settings `access_control` of one process of the rig.
+
+    There is one camera agent, arm agent and station at a time: none of them lets in what another one of its own role
+    sends or asks. What it sends to the others is for them to judge, as the arm agent does with its lease.
+    """
     prefix = f"repose/{rig_id}"
     able = {role: tuple(names) for role, names in members.items() if names}
     rules = [
@@ -39,7 +43,7 @@ def access_control(rig_id: str, members: Members) -> dict[str, Any]:
         _rule("hear", "egress", _ALL, [f"{prefix}/**", f"{prefix}/@alive/*", f"{prefix}/**/{_CACHE}"]),
     ]
     policies = [{"subjects": list(able), "rules": [rule["id"] for rule in rules]}]
-    for role in able:
+    for role in (role for role in able if not is_rival(role, process)):
         own = _own_rules(role, prefix)
         rules += own
         policies.append({"subjects": [role], "rules": [rule["id"] for rule in own]})
@@ -51,6 +55,11 @@ def access_control(rig_id: str, members: Members) -> dict[str, Any]:
         "subjects": subjects,
         "policies": policies,
     }
+
+
+def is_rival(role: str, process: str) -> bool:
+    """Returns true if a role is that of a process of which there is one at a time."""
+    return role == process != OBSERVER
 
 
 def _own_rules(role: str, prefix: str) -> list[dict[str, Any]]:

@@ -20,7 +20,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from shared.bus_rights import sent_by
+from shared.bus_rights import is_rival, sent_by
 from shared.topics import ANGLE_PREFIX, SERVICES
 
 _LOG = logging.getLogger(__name__)
@@ -32,10 +32,11 @@ PATIENCE_S = 10.0
 class BusWatch:
     """A process with keys notices who is refused, and says each thing once.
 
-    `members` are the names that count, by role.
+    `members` are the names that count, by role, and `process` is this one's role.
     """
 
     folder: Path
+    process: str
     members: Mapping[str, Sequence[str]]
     connect: Sequence[str]
     own: str = ""
@@ -61,16 +62,21 @@ class BusWatch:
                 f"Refused: a process at {address} with the certificate '{name}', which counts as nobody here "
                 f"({self.folder / 'rights.toml'}); nothing that it sends or asks arrives"
             )
+        if is_rival(self._role_of(name or ""), self.process):
+            self._say(
+                f"Refused: another {self.process} process at {address} with the certificate '{name}'; nothing that it "
+                "sends or asks arrives here, as a rig has one at a time"
+            )
 
     def sending(self, name: str) -> None:
         """Notes that this process sends on a topic; said if its certificate does not allow it."""
-        role = self._role()
+        role = self._role_of(self.own)
         if role and name not in sent_by(role) and not name.startswith(ANGLE_PREFIX):
             self._beyond(role, f"send {name}")
 
     def asking(self, service: str) -> None:
         """Notes that this process asks a service; said if its certificate does not allow it."""
-        role = self._role()
+        role = self._role_of(self.own)
         if role and SERVICES[service].asker not in (role, "any"):
             self._beyond(role, f"ask {service}")
 
@@ -91,8 +97,8 @@ class BusWatch:
     def _counting(self) -> frozenset[str]:
         return frozenset(name for names in self.members.values() for name in names)
 
-    def _role(self) -> str:
-        return next((role for role, names in self.members.items() if self.own in names), "") if self.own else ""
+    def _role_of(self, name: str) -> str:
+        return next((role for role, names in self.members.items() if name in names), "") if name else ""
 
     def _beyond(self, role: str, what: str) -> None:
         self._say(f"The keys of {role} ('{self.own}') may not {what}: the other processes leave it out")

@@ -160,7 +160,7 @@ class ZenohBus:
         if folder is None:
             return None
         rights = folder / RIGHTS
-        watch = BusWatch(folder, members_in(rights, rig_id) if rights.exists() else {}, tuple(connect))
+        watch = BusWatch(folder, process, members_in(rights, rig_id) if rights.exists() else {}, tuple(connect))
         watch.read_own()
 
         def linked(event: zenoh.LinkEvent) -> None:

@@ -14,6 +14,7 @@ import pytest
 
 from shared.installed import DISTRIBUTION
 from tests.patience import PATIENCE_S
+from tests.system.ports import free_port
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("pi_agent", "shared", "station")
@@ -47,6 +48,24 @@ for path in sorted(command.COMMANDS.glob("[a-z]*.py")):
             status = end.code
     answers[" ".join(words)] = status, said.getvalue()
 print(json.dumps(answers))
+"""
+ONE_OTHER = """\
+import os, sys, time
+from pathlib import Path
+from shared.messages import MarkerCorners, RunEvent
+from shared.rig import load_rig
+from shared.zenoh_bus import ZenohBus
+rig, heard = load_rig(Path("rig.toml")), []
+with ZenohBus.of("station", rig) as station:
+    station.subscribe("**", lambda received: heard.append(received.topic))
+    os.environ["REPOSE_KEYS"] = sys.argv[1]
+    with ZenohBus("wheel", connect=rig.bus.endpoint("station")) as other:
+        end = time.monotonic() + float(sys.argv[2])
+        while "camera/corners" not in heard and time.monotonic() < end:
+            other.publish("session/event", RunEvent(1, 1, "SYNC"))  # the station's own to send
+            other.publish("camera/corners", MarkerCorners(capture_ns=1))
+            station.poll(0.1)
+print(sorted(set(heard)))
 """
 
 
@@ -127,6 +146,16 @@ def test_the_camera_agent_needs_no_extra(programs: Path, tmp_path: Path):
         run([str(programs / "pi-agent"), *words], tmp_path, lacking=base)
     assert run([str(programs / "station"), "--version"], tmp_path, lacking=base).startswith("station ")
     assert "usage: station" in run([str(programs / "station"), "--help"], tmp_path, lacking=base)
+
+
+def test_keys_of_the_installed_commands_let_each_process_send_what_is_its_own(programs: Path, tmp_path: Path):
+    (tmp_path / "rig.toml").write_text(f'id = "wheel"\n[bus]\nstation = "tls/127.0.0.1:{free_port()}"\n')
+    for folder in ("keys", "foreign"):
+        run([str(programs / "station"), "keys", "new", "--rig", "rig.toml", "--out", folder], tmp_path)
+    python = str(next(programs.glob("python*")))
+    for keys, patience_s, heard in (("keys/camera", PATIENCE_S, ["camera/corners"]), ("foreign/camera", 3.0, [])):
+        said = run([python, "-c", ONE_OTHER, keys, str(patience_s)], tmp_path)
+        assert said.splitlines()[-1] == str(heard), said
 
 
 def test_the_station_measures_and_analyses_with_its_own_extra_and_a_home_that_cannot_be_written(
