@@ -34,8 +34,13 @@ class Lease:
         return ""
 
     def heartbeat(self, message: Heartbeat, *, now_ns: int) -> bool:
-        """Takes a sign of life; true if it is the owner's, or makes its sender the owner."""
-        if message.stamp_ns > now_ns + _FUTURE_NS or message.stamp_ns < self._last_ns.get(message.owner, 0):
+        """Takes a sign of life; true if it is the owner's, or makes its sender the owner.
+
+        It counts by its own stamp. One that is older than the time without which a session is lost shows no life: of a
+        session that nobody has heard yet it would end an emergency stop, and then be missed.
+        """
+        oldest_ns = max(now_ns - self._timeout_ns, self._last_ns.get(message.owner, 0))
+        if not oldest_ns <= message.stamp_ns <= now_ns + _FUTURE_NS:
             return False
         if self.refusal(message.owner, now_ns=now_ns):
             return False

@@ -58,6 +58,19 @@ def test_heartbeats_of_a_second_session_neither_keep_disarm_nor_acknowledge(owne
     assert "stopped (test)" in owned.command(10, owner="mine").reason
 
 
+@pytest.mark.parametrize("owner", ["theirs", ""])
+def test_an_old_heartbeat_of_a_session_that_nobody_has_heard_moves_nothing(owned: FakeRig, owner: str) -> None:
+    owned.command(10, owner="mine")
+    owned.advance(2.0, owner="mine")
+    owned.stop("a hand in the rig")
+    owned.advance(0.1, armed=False, owner="mine")
+    stopped_at = tilt_deg(owned)
+    beat(owned, owner, late_s=3600.0)
+    owned.advance(20.0, heartbeat=False)
+    assert owned.of(ArmLease)[-1] == ArmLease(ANY, "", "a hand in the rig")
+    assert tilt_deg(owned) == pytest.approx(stopped_at, abs=1e-6)
+
+
 @pytest.mark.parametrize("resting", [True, False])
 def test_a_stop_is_published_and_holds_the_plate_until_the_arm_is_armed_again(owned: FakeRig, resting: bool) -> None:
     if not resting:
