@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 
 from shared.messages import Floats, Message
 from shared.pictures import too_large
-from shared.possible import counted, measurable
+from shared.possible import counted, dated, measurable
 
 
 def numbered(number: int, default: Any, kind: str = "") -> Any:
@@ -95,8 +95,8 @@ class CompressedImage(FoxgloveMessage):
     format: str = numbered(3, "jpeg")
 
     def impossible(self) -> str:
-        """Names a picture that is too large to be unpacked."""
-        return too_large(self.data)
+        """Names a picture that is too large to be unpacked, and a time that cannot be."""
+        return dated(self.timestamp.ns) or too_large(self.data)
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,11 +114,17 @@ class CameraCalibration(FoxgloveMessage):
     P: Floats = numbered(8, ())
 
     def impossible(self) -> str:
-        """Names a wrong count in K or D, a number that nothing can be, and a distortion without a focal length.
+        """Names a wrong count in K or D, what no number or time can be, and a distortion without a focal length.
 
         D is OpenCV's k1, k2, p1, p2 and, if given, k3, in units of K's focal lengths.
         """
-        wrong = counted("K", self.K, 0, 9) or counted("D", self.D, 0, 4, 5) or measurable("K and D", (*self.K, *self.D))
+        wrong = dated(self.timestamp.ns)
+        wrong = (
+            wrong
+            or counted("K", self.K, 0, 9)
+            or counted("D", self.D, 0, 4, 5)
+            or measurable("K and D", (*self.K, *self.D))
+        )
         if not wrong and any(self.D) and not (self.K and self.K[0] and self.K[4]):
             wrong = f"{self.K} as K, without a focal length for its distortion D"
         return wrong
@@ -141,6 +147,10 @@ class FrameTransforms(FoxgloveMessage):
 
     transforms: tuple[FrameTransform, ...] = ()
 
+    def impossible(self) -> str:
+        """Names times that cannot be."""
+        return dated(*(one.timestamp.ns for one in self.transforms))
+
 
 @dataclass(frozen=True, slots=True)
 class PackedElementField(FoxgloveMessage):
@@ -162,6 +172,10 @@ class PointCloud(FoxgloveMessage):
     fields: tuple[PackedElementField, ...] = numbered(5, ())
     data: bytes = numbered(6, b"")
 
+    def impossible(self) -> str:
+        """Names a time that cannot be."""
+        return dated(self.timestamp.ns)
+
 
 LEVELS = {"debug": 1, "info": 2, "warning": 3, "error": 4, "fatal": 5}
 
@@ -176,6 +190,10 @@ class Log(FoxgloveMessage):
     name: str = numbered(4, "")
     file: str = numbered(5, "")
     line: int = numbered(6, 0, "fixed32")
+
+    def impossible(self) -> str:
+        """Names a time that cannot be."""
+        return dated(self.timestamp.ns)
 
 
 ENUMS = {

@@ -47,6 +47,11 @@ def sized(name: str, value: float) -> str:
     return "" if value == 0.0 or LEAST <= value <= LARGEST else f"{value} as {name}"
 
 
+def dated(*stamps_ns: int) -> str:
+    """Returns a fault, unless times since the epoch, ns, fit into the 63 bits of all other stamps and of a recording."""
+    return "" if all(abs(stamp_ns) < 1 << 63 for stamp_ns in stamps_ns) else f"{stamps_ns} ns as a time"
+
+
 def turned(*quaternion: float) -> str:
     """Returns a fault, unless the quaternion is about as long as that of a rotation."""
     return "" if SHORTEST <= math.hypot(*quaternion) <= LONGEST else f"{quaternion} as a quaternion"

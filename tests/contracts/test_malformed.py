@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -14,7 +14,7 @@ import pytest
 from shared import topics, wire
 from shared.bus import Received
 from shared.errors import UserError
-from shared.foxglove import CameraCalibration, Log
+from shared.foxglove import CameraCalibration, FrameTransforms, Log, Timestamp
 from shared.messages import (
     AgentStatus,
     AngleReading,
@@ -243,6 +243,21 @@ def _answer_junk(key: str, query: Any) -> None:
 def test_what_parses_and_cannot_be_is_no_message(message: Message) -> None:
     with pytest.raises(UserError, match=f"Expected a {wire.schema_name(type(message))}, got "):
         wire.decode(type(message), wire.encode(message))
+
+
+FAR = Timestamp(seconds=1 << 35)
+"""A time, in ns, that neither the 63 bits of our own stamps hold nor the 64 of a recording's."""
+
+
+@pytest.mark.parametrize("name", [name for name, topic in topics.TOPICS.items() if topic.message.PACKAGE == "foxglove"])
+def test_a_time_that_no_recording_holds_is_none(name: str) -> None:
+    message: Any = least(name)
+    if isinstance(message, FrameTransforms):
+        far: Message = FrameTransforms((replace(message.transforms[0], timestamp=FAR),))
+    else:
+        far = replace(message, timestamp=FAR)
+    with pytest.raises(UserError, match=r"Expected a foxglove\..*, got \(34359738368000000000,\) ns as a time"):
+        wire.decode(type(message), wire.encode(far))
 
 
 @pytest.mark.parametrize(
