@@ -48,7 +48,7 @@ def sized(name: str, value: float) -> str:
 
 
 def dated(*stamps_ns: int) -> str:
-    """Returns a fault, unless times since the epoch, ns, fit into the 63 bits of all other stamps and of a recording."""
+    """Returns a fault, unless times since the epoch, ns, fit into the 63 bits of our own stamps and of a recording."""
     return "" if all(abs(stamp_ns) < 1 << 63 for stamp_ns in stamps_ns) else f"{stamps_ns} ns as a time"
 
 
