@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from shared.bus import Bus
 from shared.clock import Clock
 from shared.messages import ClockOffset, ClockPing, ClockPong, Message
+from station.sampling.clock_step import is_another_clock
 
 PING_NS = 50_000_000
 ANSWER_S = 0.5
@@ -22,8 +23,6 @@ REPORT_NS = 1_000_000_000
 WINDOW = 200
 LEAST_TRIPS = 6
 """Round trips before the first report: a single one may be milliseconds off."""
-STEP_NS = 2_000_000
-"""Clocks of different machines drift by less than this within the window; a larger step is another clock."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +81,7 @@ class ClockKeeper:
         trips = self._trips[agent]
         if trips:
             best, _ = best_of(tuple(trips))
-            if abs(trip.offset_ns - best.offset_ns) > (trip.rtt_ns + best.rtt_ns) // 2 + STEP_NS:
+            if is_another_clock(best.offset_ns, trip.offset_ns, round_trips_ns=trip.rtt_ns + best.rtt_ns):
                 # An agent that was started again, or whose clock was set: old offsets would misplace its stamps.
                 self._trips[agent] = trips = deque[RoundTrip](maxlen=WINDOW)
         trips.append(trip)

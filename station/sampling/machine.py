@@ -125,7 +125,9 @@ class SamplingMachine:
     # --- what comes in -----------------------------------------------------------------------------------------------
 
     def _on_offset(self, message: ClockOffset) -> None:
-        self._tracks.take_offset(message)
+        """Takes an offset; a run is marked if that clock was set meanwhile: its frames and tilts fell apart."""
+        if self._tracks.take_offset(message) and self._state.phase in MEASURING:
+            self._state.run.disturb("clock")
 
     def _on_geometry(self, message: CameraGeometry) -> None:
         geometry = message.if_calibrated()

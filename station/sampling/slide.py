@@ -7,6 +7,7 @@ import math
 from station.sampling.plan import SlipPlan
 from station.sampling.run import Run
 from station.sampling.tracks import Tracks
+from station.sampling.unseen import are_away, may_have_met_foam
 from station.signals.flags import UNRESOLVED
 
 _FITTED_NS = 3_000_000_000
@@ -17,19 +18,34 @@ def read_slide(run: Run, *, tracks: Tracks, plan: SlipPlan) -> None:
     """Fills in the run's attitude, onset and its standard error, once an attitude after the detection is there."""
     averaged_from_ns = run.detect_ns - round(plan.average_s * 1e9)
     run.euler_rad = tracks.mean_euler_rad(from_ns=averaged_from_ns)
+    since_ns = max(run.tilt_ns, run.detect_ns - _FITTED_NS)
     beta = run.direction.azimuth_rad
     variance = run.reference.variance_px2 if run.reference else ()
     onset = tracks.onset(
-        since_ns=max(run.tilt_ns, run.detect_ns - _FITTED_NS),
+        since_ns=since_ns,
         detect_ns=run.detect_ns,
         downhill=(math.sin(beta), -math.cos(beta)),
         sigma_px=math.sqrt(sum(variance) / len(variance)) if variance else 1.0,
     )
     if onset is not None:
         run.slip_ns, run.onset_rad, run.onset_sigma_rad = onset.slip_ns, onset.angle_rad, onset.angle_sigma_rad
-        return
-    # The paper's own number, and the step's width as its uncertainty.
-    low, high = run.bracket_rad(run.detect_ns)
-    run.onset_rad = tracks.mean_tilt_rad(from_ns=averaged_from_ns)
-    run.onset_sigma_rad = (high - low) / math.sqrt(12.0)
-    run.flags.append(UNRESOLVED)
+    else:
+        # The paper's own number, and the step's width as its uncertainty.
+        low, high = run.bracket_rad(run.detect_ns)
+        run.onset_rad = tracks.mean_tilt_rad(from_ns=averaged_from_ns)
+        run.onset_sigma_rad = (high - low) / math.sqrt(12.0)
+        run.flags.append(UNRESOLVED)
+    if _is_unseen(run, tracks, since_ns=since_ns):
+        run.disturb("gap")
+
+
+def _is_unseen(run: Run, tracks: Tracks, *, since_ns: int) -> bool:
+    """Returns true if frames or attitudes are missing where they would tell when the block began to slide."""
+    if run.reference is None or tracks.geometry is None:
+        return False
+    moved = tracks.moved_m(run.reference.corners_px, since_ns=since_ns, until_ns=run.detect_ns)
+    way_m = run.way_px * tracks.geometry.mm_per_px * 1e-3
+    if may_have_met_foam(moved, from_ns=run.slip_ns or run.detect_ns, way_m=way_m, tilt_rad=run.onset_rad):
+        return True
+    attitudes_ns = tracks.attitudes_ns(since_ns=since_ns)
+    return bool(run.slip_ns) and are_away(attitudes_ns, from_ns=run.slip_ns, to_ns=run.detect_ns)

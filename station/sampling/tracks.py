@@ -14,6 +14,8 @@ from shared.geometry import block_pose_of, corners_on_plate, euler_of, tilt_of, 
 from shared.messages import REPEATED, CameraGeometry, ClockOffset, MarkerCorners, PlatformState
 from station.friction.onset import Onset, estimate_onset
 from station.rig.opening import Opening, square_corners
+from station.sampling.clock_step import is_another_clock
+from station.sampling.slip import displacements_px
 from station.signals.traced import trace
 
 _ATTITUDES = 600
@@ -42,25 +44,29 @@ class Tracks:
     _attitudes: deque[tuple[int, float]] = field(default_factory=lambda: deque(maxlen=_ATTITUDES))
     _quaternions: deque[tuple[int, tuple[float, float, float, float]]] = field(default_factory=lambda: deque(maxlen=64))
     _frames: deque[tuple[int, tuple[float, ...]]] = field(default_factory=lambda: deque(maxlen=_FRAMES))
-    _offsets_ns: dict[str, int] = field(default_factory=dict[str, int])
-    _sigmas_ns: dict[str, int] = field(default_factory=dict[str, int])
+    _offsets: dict[str, ClockOffset] = field(default_factory=dict[str, ClockOffset])
 
-    def take_offset(self, message: ClockOffset) -> None:
-        """Takes a new measurement of an agent's clock."""
-        self._offsets_ns[message.agent] = message.offset_ns
-        self._sigmas_ns[message.agent] = message.sigma_ns
+    def take_offset(self, message: ClockOffset) -> bool:
+        """Takes a new measurement of an agent's clock; True if it cannot be the clock that was measured before."""
+        before, self._offsets[message.agent] = self._offsets.get(message.agent, message), message
+        round_trips_ns = before.rtt_ns + message.rtt_ns
+        return is_another_clock(before.offset_ns, message.offset_ns, round_trips_ns=round_trips_ns)
 
     def by_station_ns(self, stamp_ns: int, *, agent: str) -> int | None:
         """Returns an agent's stamp on the station's clock; None while that agent's clock is not known."""
-        offset_ns = self._offsets_ns.get(agent)
-        return None if offset_ns is None else stamp_ns + offset_ns
+        offset = self._offsets.get(agent)
+        return None if offset is None else stamp_ns + offset.offset_ns
+
+    def _offset_ns(self, agent: str) -> int:
+        offset = self._offsets.get(agent)
+        return offset.offset_ns if offset else 0
 
     def take_attitude(self, message: PlatformState, *, now_ns: int, within_s: float) -> bool:
         """Takes the plate's attitude, stamped by the arm's clock; False if that is not within so many s of now.
 
         One of another time says nothing of the plate as it is, and the onset's fit would span all of the time between.
         """
-        stamp_ns = message.stamp_ns + self._offsets_ns.get("arm", 0)
+        stamp_ns = message.stamp_ns + self._offset_ns("arm")
         if abs(now_ns - stamp_ns) > within_s * 1e9:
             return False
         q = (message.qw, message.qx, message.qy, message.qz)
@@ -93,7 +99,7 @@ class Tracks:
         if self._last is not None and message.boot_id != self._last.boot_id:
             self._starts.append(self._last.boot_id)
         self._last = message
-        self.frame_ns = message.capture_ns + self._offsets_ns.get("camera", 0)
+        self.frame_ns = message.capture_ns + self._offset_ns("camera")
         if not usable(message):
             return False
         # With a rolling shutter each corner has its own time; the centre's is their mean.
@@ -136,6 +142,21 @@ class Tracks:
         frames = [corners for _, corners in list(self._frames)[-count:]]
         return tuple(float(value) for value in np.mean(frames, axis=0)) if frames else ()
 
+    def moved_m(self, reference_px: tuple[float, ...], *, since_ns: int, until_ns: int) -> list[tuple[int, float]]:
+        """Returns each frame's time, ns, and how far the block lay from its reference then, m; none if uncalibrated."""
+        if self.geometry is None:
+            return []
+        m_per_px = self.geometry.mm_per_px * 1e-3
+        return [
+            (stamp, float(np.mean(displacements_px(corners, reference_px))) * m_per_px)
+            for stamp, corners in self._frames
+            if since_ns <= stamp <= until_ns
+        ]
+
+    def attitudes_ns(self, *, since_ns: int) -> list[int]:
+        """Returns the times, ns, of the attitudes."""
+        return [stamp for stamp, _ in self._attitudes if stamp >= since_ns]
+
     def onset(self, *, since_ns: int, detect_ns: int, downhill: tuple[float, float], sigma_px: float) -> Onset | None:
         """Gives the onset of the slide that the rule detected at `detect_ns`, fitted to all frames since `since_ns`."""
         if self.geometry is None:
@@ -157,5 +178,5 @@ class Tracks:
             tilt_rad=[tilt for _, tilt in attitudes],
             # The centre is the mean of four corners.
             sigma_m=0.5 * sigma_px * self.geometry.mm_per_px * 1e-3,
-            clock_sigma_s=math.hypot(*self._sigmas_ns.values()) * 1e-9,
+            clock_sigma_s=math.hypot(*(offset.sigma_ns for offset in self._offsets.values())) * 1e-9,
         )

@@ -12,11 +12,12 @@ from shared.bus import ReplyHandler
 from shared.clock import SIMULATION_EPOCH_NS, SimulatedClock
 from shared.memory_bus import MemoryBus
 from shared.messages import ClockOffset, ClockPong, MarkerCorners, Message
-from station.app.clocks import ANSWER_S, PING_NS, STEP_NS, ClockKeeper, RoundTrip, best_of
+from station.app.clocks import ANSWER_S, PING_NS, ClockKeeper, RoundTrip, best_of
 from station.recording.provenance import Provenance
 from station.recording.reader import open_recording
 from station.recording.recorder import record_within
 from station.recording.writer import Recording
+from station.sampling.clock_step import STEP_NS
 
 SKEW_NS = 7_123_456_789
 

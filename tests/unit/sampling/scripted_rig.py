@@ -44,6 +44,7 @@ class ScriptedRig:
     friction_rad: float = 0.3
     reach_rad: float = math.radians(67.5)
     geometry: CameraGeometry = GEOMETRY
+    specimen: Specimen = field(default_factory=Specimen)
     on_corners: Callable[[MarkerCorners, ScriptedRig], MarkerCorners | None] = lambda message, _: message
     on_reply: Callable[[ArmReply, ScriptedRig], ArmReply | None] = lambda reply, _: reply
     on_motion: Callable[[MotionReport, ScriptedRig], MotionReport | None] = lambda report, _: report
@@ -63,10 +64,19 @@ class ScriptedRig:
     def __post_init__(self) -> None:
         """Builds the machine."""
         self.machine = SamplingMachine(
-            self.plan, size_px=(600, 600), reach=lambda _: self.reach_rad, specimen=Specimen(), geometry=self.geometry
+            self.plan,
+            size_px=(600, 600),
+            reach=lambda _: self.reach_rad,
+            specimen=self.specimen,
+            geometry=self.geometry,
         )
         self._began = self._azimuth = self._speed = 0.0
         self._frame = 0
+
+    @property
+    def moving(self) -> bool:
+        """True while the block slides."""
+        return self._speed > 0.0
 
     def phases(self) -> list[str]:
         """The phases so far, without the steps."""

@@ -15,10 +15,12 @@ from shared.messages import (
     ClockOffset,
     Heartbeat,
     MarkerCorners,
+    Message,
     MotionReport,
     PlatformState,
     SessionPause,
 )
+from station.rig.opening import Opening
 from station.sampling.machine import OWN_ORDER, SamplingMachine
 from station.sampling.plan import DirectionPlan, DwellPlan, Plan, ReferencePlan, SlipPlan, TiltPlan
 from station.sampling.run import Specimen
@@ -497,6 +499,52 @@ def test_one_calibration_makes_a_sample(changes: dict[str, float], flags: tuple[
     rig.run(60.0, until=good_first)
     rig.give(dataclasses.replace(GEOMETRY, stamp_ns=rig.now_ns, **changes))
     assert finished(rig).samples[0].flags == flags
+
+
+@pytest.mark.parametrize(("by_ns", "flags"), [(300_000, ()), (400_000_000, ("disturbed_clock",))])
+def test_a_clock_that_is_set_within_a_run_flags_it(by_ns: int, flags: tuple[str, ...]):
+    """Frames are placed by the clock's old offset until the new one is known: their times and the tilts' fall apart."""
+    rig = ScriptedRig(Plan(samples=1), friction_rad=0.3)
+    before = ClockOffset(agent="camera", offset_ns=0, sigma_ns=30_000, rtt_ns=100_000)
+    rig.run(1.0, until=lambda _: False)
+    rig.give(before)
+    rig.run(60.0, until=good_first)
+    rig.give(dataclasses.replace(before, offset_ns=by_ns))
+    assert finished(rig).samples[0].flags == flags
+
+
+WALLED = Specimen(opening=Opening(radius_m=0.045), block_area_m2=1e-4)
+
+
+@pytest.mark.parametrize(("gone_s", "flags"), [(0.02, ()), (0.3, ("disturbed_gap",)), (0.9, ("disturbed_gap",))])
+def test_frames_that_are_missing_as_the_block_begins_to_slide_flag_the_run(gone_s: float, flags: tuple[str, ...]):
+    began_ns: list[int] = []
+
+    def gone(message: MarkerCorners, rig: ScriptedRig) -> MarkerCorners | None:
+        if rig.moving and not rig.samples:
+            began_ns.append(rig.now_ns)
+        return None if began_ns and not rig.samples and rig.now_ns < began_ns[0] + gone_s * 1e9 else message
+
+    rig = finished(ScriptedRig(Plan(samples=1), friction_rad=0.3, on_corners=gone, specimen=WALLED))
+    assert began_ns
+    assert rig.samples[0].flags == flags
+    assert rig.samples[-1].flags == ()
+
+
+def test_attitudes_that_are_missing_while_the_block_slides_flag_the_run(monkeypatch: pytest.MonkeyPatch):
+    rig = ScriptedRig(Plan(samples=1), friction_rad=0.3)
+    rig.run(60.0, until=lambda rig: rig.moving)
+    give = rig.give
+
+    def without_attitudes(message: Message) -> None:
+        if not isinstance(message, PlatformState):
+            give(message)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(rig, "give", without_attitudes)
+        rig.run(0.3, until=lambda _: False)
+    finished(rig)
+    assert [sample.flags for sample in rig.samples] == [("disturbed_gap",), ()]
 
 
 def test_a_sample_that_cannot_be_measured_is_none():
