@@ -14,10 +14,13 @@ from station.diagnosis.next_experiment.changes import Changes, designs, run_s, t
 from station.diagnosis.next_experiment.outlook import (
     Drawn,
     Groups,
+    Look,
     Outlook,
     Question,
     Trial,
+    all_candidates,
     drawn,
+    fewest_candidates,
     outlook,
     signal,
     tried,
@@ -68,11 +71,11 @@ def separating(question: Question, bench: Bench) -> Choice:
 
     Where no design tells all of them apart, one of them is told from the rest.
     """
-    known = _Known(question, bench)
+    known = _Known(question, bench), _Known(question, bench, fewest_candidates)
     partitions = [[(name,) for name in question.ids], *_one_and_rest(question)]
-    best = [_among(known, groups) for groups in partitions[:1]]
+    best = [_among(*known, groups) for groups in partitions[:1]]
     if best[0].promise.power < POWER:
-        best += [_among(known, groups) for groups in partitions[1:]]
+        best += [_among(*known, groups) for groups in partitions[1:]]
     return next((one for one in best if one.promise.power >= POWER), best[0])
 
 
@@ -86,8 +89,8 @@ def _one_and_rest(question: Question) -> Iterator[Groups]:
 class _Known:
     """The sessions of each design and number of runs, which answer every partition of the rivals."""
 
-    def __init__(self, question: Question, bench: Bench) -> None:
-        self.question, self.bench = question, bench
+    def __init__(self, question: Question, bench: Bench, look: Look = all_candidates) -> None:
+        self.question, self.bench, self._look = question, bench, look
         self._trials: dict[tuple[Changes, int], list[Trial]] = {}
         self._drawn: dict[tuple[Changes, int, int], list[Drawn]] = {}
 
@@ -101,32 +104,34 @@ class _Known:
 
     def _done(self, changes: Changes, runs: int) -> list[Trial]:
         if (changes, runs) not in self._trials:
-            self._trials[changes, runs] = sessions(self.question, self.bench, changes, runs=runs)
+            self._trials[changes, runs] = sessions(self.question, self.bench, changes, runs=runs, look=self._look)
         return self._trials[changes, runs]
 
 
-def _among(known: _Known, groups: Groups) -> Choice:
+def _among(known: _Known, at_best: _Known, groups: Groups) -> Choice:
     """Returns the best design for one partition; where none does alone, the most promising is tried with each other."""
-    choices = _quickest(known, groups, designs())
+    choices = _quickest(known, at_best, groups, designs())
     if not any(one.promise.power >= POWER for one in choices):
         best = max((one for one in choices if one.changes), key=lambda one: one.promise.log_odds)
-        choices += _quickest(known, groups, together(best.changes[0]))
+        choices += _quickest(known, at_best, groups, together(best.changes[0]))
     return _confirmed(known, _best(choices))
 
 
-def _quickest(known: _Known, groups: Groups, wanted: Iterable[Changes]) -> list[Choice]:
+def _quickest(known: _Known, at_best: _Known, groups: Groups, wanted: Iterable[Changes]) -> list[Choice]:
     """Returns the designs in their order, each with its shortest session.
 
-    Those are left out whose fewest runs take longer than another design that promises enough: none of them is chosen.
+    Of those that do not promise enough even at best, that is all there is to know; and those are left out that take
+    longer at best than another one that promises enough.
     """
-    question, bench = known.question, known.bench
-    least = {changes: _worth(_choice(question, bench, changes, (LENGTHS[0], NOTHING))) for changes in wanted}
+    most = {changes: _shortest(at_best, changes, groups) for changes in wanted}
     found: dict[Changes, Choice] = {}
-    for changes in sorted(least, key=lambda one: least[one]):
+    for changes in sorted(most, key=lambda one: _worth(most[one])):
         enough = [_worth(one) for one in found.values() if one.promise.power >= POWER]
-        if not enough or least[changes] <= min(enough):
+        if most[changes].promise.power < POWER:
+            found[changes] = most[changes]
+        elif not enough or _worth(most[changes]) <= min(enough):
             found[changes] = _shortest(known, changes, groups)
-    return [found[changes] for changes in least if changes in found]
+    return [found[changes] for changes in most if changes in found]
 
 
 def narrowing(question: Question, bench: Bench, *, ratio: float) -> Choice | None:
@@ -207,9 +212,11 @@ def _choice(question: Question, bench: Bench, changes: Changes, promised: Promis
     return Choice(changes=changes, runs=runs, minutes=runs * seconds / 60.0, promise=promise, groups=groups)
 
 
-def sessions(question: Question, bench: Bench, changes: Changes, *, runs: int) -> list[Trial]:
+def sessions(
+    question: Question, bench: Bench, changes: Changes, *, runs: int, look: Look = all_candidates
+) -> list[Trial]:
     """Returns the session with the changes, once for each rival as its truth."""
-    return tried(question, _done(question, bench, changes, runs))
+    return tried(question, _done(question, bench, changes, runs), look)
 
 
 def _done(question: Question, bench: Bench, changes: Changes, runs: int) -> list[Evidence]:

@@ -17,7 +17,16 @@ from station.diagnosis.next_experiment.changes import BY_HAND_S, SINGLE, Change,
 from station.diagnosis.next_experiment.choice import Bench, Choice, protocol_of, sessions
 from station.diagnosis.next_experiment.on_paper import NOISE, on_paper, standard
 from station.diagnosis.next_experiment.open_shapes import open_shapes
-from station.diagnosis.next_experiment.outlook import Outlook, Question, Rival, drawn, outlook
+from station.diagnosis.next_experiment.outlook import (
+    DRAWS,
+    Outlook,
+    Question,
+    Rival,
+    all_candidates,
+    drawn,
+    fewest_candidates,
+    outlook,
+)
 from station.diagnosis.next_experiment.plan import most_promising, separate
 from station.diagnosis.next_experiment.redone import Draw, redone
 from station.diagnosis.next_experiment.words import by_hand, in_words
@@ -27,6 +36,10 @@ from station.physics.model import Model, Term
 
 KNOWN = catalogue()
 RUNS = 120
+
+
+POWER_SD = 0.5 / math.sqrt(DRAWS)
+"""The largest standard deviation of a power from so many draws."""
 
 
 def paper(**changes: np.ndarray[tuple[int], np.dtype[np.float64]]) -> Draw:
@@ -135,6 +148,18 @@ def test_a_longer_session_promises_more() -> None:
     power = [outlook(drawn(trials, runs=runs, rng=np.random.default_rng(1)), groups).power for runs in (20, 60, 200)]
     assert power == sorted(power)
     assert power[0] < power[-1]
+
+
+@pytest.mark.parametrize("change", SINGLE[:3], ids=lambda change: change.factor)
+def test_the_rivals_alone_promise_what_all_candidates_do_or_more(change: Change) -> None:
+    """So a design that does not reach enough with them alone need not be looked at with all."""
+    bench, asked = Bench(recorded=on_paper(paper(), mu_s=0.4)), question(AGEING, WEAR)
+    every, few = (
+        drawn(sessions(asked, bench, (change,), runs=60, look=look), runs=60, rng=np.random.default_rng(1))
+        for look in (all_candidates, fewest_candidates)
+    )
+    groups = [("contact_aging",), ("wear",)]
+    assert outlook(few, groups).power >= outlook(every, groups).power - 3.0 * POWER_SD
 
 
 VISCOUS = Term(KNOWN["viscous"], {"drag_n_s_m": 0.02, "by_load": 0.0})

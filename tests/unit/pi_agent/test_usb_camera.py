@@ -30,11 +30,11 @@ def read(source: Camera) -> Frame:
 
 
 def test_the_rate_is_measured_and_not_believed():
-    with StreamCamera(rate_hz=50.0) as stream:
+    with StreamCamera(rate_hz=10.0) as stream:  # no faster than a busy machine can send and read
         source = camera(device=stream.address)
         info = source.open()  # the rig file asks for 90 Hz
         source.close()
-    assert info.rate_hz == pytest.approx(50.0, rel=0.1)
+    assert info.rate_hz == pytest.approx(10.0, rel=0.1)
     assert info.shutter == "unknown"
 
 
