@@ -24,7 +24,8 @@ BY_HAND_S = 30.0
 """The cost in seconds of a run before which a person has to do something: somebody has to be there all the time.
 Another value moves the border between a short plan by hand and a long one without (`station plan --separate A,B`)."""
 OTHERWISE_S = 8.0
-"""The time of a run beside its dwell and its tilt: reference, return and rest (`station run --lockstep`, 50 runs)."""
+"""The time of a run beside its dwell and its tilt at the full rate: reference, the steps' waits, return and rest
+(`station run --lockstep`, 50 runs)."""
 
 RATES_DEG_S = (2.0, 12.0)
 MASS, MASSES = "mass", (0.5, 1.0, 2.0, 5.0)

@@ -57,6 +57,7 @@ def on_paper(draw: Draw, *, mu_s: float) -> Recorded:
     facts = RunFacts(
         number=draw["number"],
         rest_ns=-np.round((draw["dwell_s"] + tilt / draw["rate"]) * 1e9).astype(np.int64),
+        dwell_s=draw["dwell_s"],
         mount_rad=draw["mount"],
         mass_kg=draw["mass_kg"],
         area_m2=np.full(runs, 1e-4),

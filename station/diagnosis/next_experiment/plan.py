@@ -33,7 +33,8 @@ HALF = 0.5
 """A number that stands alone is to be known twice as well."""
 
 CHOSEN = 2.0
-"""A plan has a range of dwells if one in twenty was so many times another; tilts up to the onset vary them by less."""
+"""A plan has a range of dwells if one in twenty was so many times another. A plan of one dwell of 0.5 s has dwells from
+0.61 to 0.62 s in simulated time, and up to 0.70 s live, as a run waits for frames before it tilts."""
 NO_PLAN = "No single plan separates them"
 GENERAL = "In general, which was not tried for this session, {}"
 
@@ -256,18 +257,16 @@ def _size(effect: Effect, values: Mapping[str, Value], name: str) -> float:
 
 
 def _words(changes: Changes, bench: Bench | None) -> str:
-    return in_words(changes, None if bench is None else bench.recorded.protocol(), dwells=bool(_dwells(bench)))
-
-
-def _dwells(bench: Bench | None) -> dict[str, dict[str, float]]:
-    return {} if bench is None else _dwell_of(bench)
+    if bench is None:
+        return in_words(changes, None, dwells=False)
+    return in_words(changes, bench.recorded.protocol(), dwells=bool(dwells_of(bench)))
 
 
 def _toml(changes: Changes, runs: int, bench: Bench | None = None) -> str:
     """Returns a plan file with what is changed; what it does not name stays at its default, or as recorded."""
     known = None if bench is None else bench.recorded.protocol()
     lines = [f"# {_words(changes, bench)}", *(f"# by hand: {said}" for said in by_hand(changes, known))]
-    tables: dict[str, object] = {"samples": runs, **_dwells(bench)}
+    tables: dict[str, object] = {"samples": runs, **(dwells_of(bench) if bench else {})}
     for change in changes:
         tables |= {name: dict(table) for name, table in change.tables.items()}
     return "\n".join(lines) + "\n" + tomli_w.dumps(tables)
@@ -277,7 +276,7 @@ def _tables(changes: Changes) -> tuple[str, ...]:
     return tuple(name for change in changes for name in change.tables)
 
 
-def _dwell_of(bench: Bench) -> dict[str, dict[str, float]]:
+def dwells_of(bench: Bench) -> dict[str, dict[str, float]]:
     """Returns the recorded range of dwells for a recording that has no plan file, if they varied."""
     low, high = (float(value) for value in np.quantile(bench.recorded.protocol()["dwell_s"], (0.05, 0.95)))
     return {"dwell": {"min_s": round(low, 2), "max_s": round(high, 2)}} if high > CHOSEN * low else {}

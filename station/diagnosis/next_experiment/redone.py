@@ -72,7 +72,7 @@ class Recorded:
         known = {
             "down": at.down_rad, "yaw": at.yaw_rad, "mount": at.mount_rad, "x": at.x_m, "y": at.y_m,
             "mass_kg": at.mass_kg, "rate": rate, "number": facts.number[self.runs],
-            "dwell_s": np.maximum(at.rest_s - at.tilt_rad / rate, LEAST_DWELL_S),
+            "dwell_s": np.fmax(facts.dwell_s[self.runs], LEAST_DWELL_S),
         }  # fmt: skip
         return {name: np.nan_to_num(values) for name, values in known.items()}
 
@@ -112,6 +112,7 @@ def _facts(facts: RunFacts, runs: Times, draw: Draw) -> RunFacts:
     return RunFacts(
         number=draw["number"],
         rest_ns=facts.rest_ns[runs],
+        dwell_s=draw["dwell_s"],
         mount_rad=draw["mount"],
         mass_kg=draw["mass_kg"],
         area_m2=facts.area_m2[runs],
@@ -131,7 +132,9 @@ class _Rows:
         self._turn = draw["down"] - old["down"]
         self._yaw = draw["yaw"] - old["yaw"]
         self._faster = draw["rate"] / old["rate"]
-        self._rest_s = draw["dwell_s"] + at.tilt_rad / draw["rate"]
+        tilt_rad = float(np.median(recorded.onsets.contact.tilt_rad))
+        tilting_s = at.rest_s - old["dwell_s"] + tilt_rad * (1.0 / draw["rate"] - 1.0 / old["rate"])
+        self._rest_s = draw["dwell_s"] + np.maximum(tilting_s, 0.0)
         self._from = np.column_stack([old["x"], old["y"]])
         self._to = np.column_stack([draw["x"], draw["y"]])
         self._off = np.zeros(len(picked))

@@ -116,6 +116,7 @@ def facts_of(samples: Sequence[Sample], setting: Setting) -> RunFacts:
     return RunFacts(
         number=column(lambda sample: sample.run - first),
         rest_ns=np.array([_rest_ns(sample) for sample in samples], dtype=np.int64),
+        dwell_s=column(lambda sample: sample.dwell_s),
         mount_rad=column(lambda sample: sample.plate_mount_rad),
         mass_kg=column(lambda sample: sample.block_mass_kg or setting.block_mass_kg),
         area_m2=column(lambda sample: sample.block_area_m2 or area),

@@ -30,10 +30,14 @@ LOADING = (*LEANING, "push")
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RunFacts:
-    """The facts of each run (r,), with the meanings of `Contact`; `rest_ns` is when the block came to rest."""
+    """The facts of each run (r,), with the meanings of `Contact`.
+
+    `rest_ns` is when the block came to rest, and `dwell_s` how long it lay there before the tilt began.
+    """
 
     number: Array
     rest_ns: Times
+    dwell_s: Array
     mount_rad: Array
     mass_kg: Array
     area_m2: Array

@@ -36,7 +36,7 @@ def moments_of(way_rad: Array, tilt_rad: Array | float = TILT_RAD) -> Moments:
     level = np.sin(tilt)
     gravity = np.column_stack([level * np.cos(DOWN_RAD), level * np.sin(DOWN_RAD), -np.cos(tilt)])
     plate = Attitude(gravity, zero, zero, np.ones(count), np.ones(count), np.ones((count, SWINGS)), np.ones(count))
-    known = dict.fromkeys(("mount_rad", "temperature_c", "relative_humidity"), np.zeros(RUNS))
+    known = dict.fromkeys(("dwell_s", "mount_rad", "temperature_c", "relative_humidity"), np.zeros(RUNS))
     facts = RunFacts(
         number=np.arange(RUNS, dtype=np.float64),
         rest_ns=np.zeros(RUNS, dtype=np.int64),

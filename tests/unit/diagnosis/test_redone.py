@@ -8,14 +8,17 @@ import numpy as np
 import pytest
 
 from station.diagnosis.inference.columns import looked
-from station.diagnosis.next_experiment.choice import protocol_of
+from station.diagnosis.next_experiment.choice import Bench, protocol_of
 from station.diagnosis.next_experiment.on_paper import on_paper, standard
+from station.diagnosis.next_experiment.plan import dwells_of
 from station.diagnosis.next_experiment.redone import SAME_RAD, Recorded, redone
 from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.slides import Along
 from station.physics.catalogue import catalogue
+from station.physics.contact import Array
 from station.physics.effect import Effect
 from station.physics.model import Model, Term
 from tests.unit.diagnosis.recorded import OPENING_RADIUS_M, joined, session
@@ -60,6 +63,37 @@ def test_such_ways_hardly_change_what_a_number_does(effect: Effect, apart: tuple
     rows = np.arange(one.shape[0])
     size = np.linalg.norm(one.of(rows), axis=0)
     assert np.all(np.linalg.norm(other.of(rows) - one.of(rows), axis=0) <= 0.04 * size)
+
+
+@pytest.fixture(scope="module")
+def stepped() -> Recorded:
+    """A session of one dwell whose plate waits in every step of its tilt."""
+    known = Recorded.of(evidence_of(joined([session()]), Setting(opening_radius_m=OPENING_RADIUS_M)))
+    assert known is not None
+    return known
+
+
+def test_waits_in_the_steps_of_a_tilt_are_no_dwell(stepped: Recorded) -> None:
+    """A dwell ends where the tilt begins: the same again has one dwell, and no words that it is drawn anew."""
+    dwell_s = np.array([sample.dwell_s for sample in session().samples])
+    np.testing.assert_allclose(stepped.protocol()["dwell_s"], dwell_s[stepped.runs])
+    assert not dwells_of(Bench(recorded=stepped))
+
+
+def test_a_tilt_done_again_waits_in_its_steps_whatever_its_rate(stepped: Recorded) -> None:
+    draw, picked = stepped.protocol(), np.arange(len(stepped.runs))
+    rates = (draw["rate"], 2.0 * draw["rate"])
+    same, faster = (redone(stepped, picked, draw | {"rate": rate}, truths=[PLAIN])[0] for rate in rates)
+    at = stepped.onsets.contact.chosen(stepped.rows)
+    np.testing.assert_allclose(rested_s(same), at.rest_s)
+    tilt_rad = float(np.median(stepped.onsets.contact.tilt_rad))
+    np.testing.assert_allclose(rested_s(same) - rested_s(faster), tilt_rad / draw["rate"] / 2.0)
+
+
+def rested_s(evidence: Evidence) -> Array:
+    onsets = evidence.channel("onset")
+    assert isinstance(onsets, Onsets)
+    return onsets.contact.rest_s
 
 
 def test_blocks_gain_speed_in_the_picture_of_a_session_done_again() -> None:

@@ -28,6 +28,7 @@ def plate(directions: tuple[float, ...]) -> tuple[Array, Array]:
 FACTS = RunFacts(
     number=np.ones(1), rest_ns=np.zeros(1, dtype=np.int64), mount_rad=np.zeros(1), mass_kg=np.full(1, 0.02),
     area_m2=np.full(1, 2e-4), temperature_c=np.full(1, np.nan), relative_humidity=np.full(1, np.nan),
+    dwell_s=np.ones(1),
 )  # fmt: skip
 """The one run in which every reading lies."""
 

@@ -43,7 +43,7 @@ def moments_at(seconds: Array, **more: object) -> Moments:
     one = np.ones(1)
     facts = RunFacts(
         number=one, rest_ns=np.zeros(1, dtype=np.int64), mount_rad=one, mass_kg=one, area_m2=one, temperature_c=one,
-        relative_humidity=one,
+        relative_humidity=one, dwell_s=one,
     )  # fmt: skip
     time_ns: Times = np.round(seconds * 1e9).astype(np.int64)
     run = np.zeros(len(seconds), dtype=np.int64)
