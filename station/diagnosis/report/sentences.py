@@ -121,11 +121,13 @@ def claimed_effects(diagnosis: Diagnosis, *sides: Side) -> tuple[EffectFound, ..
 
 def acts(diagnosis: Diagnosis) -> list[str]:
     """Returns sentences on the phases in which the claimed effects act, without those that show less than a tenth."""
-    found = [
-        (effect, [_acts(diagnosis, one) for one in effect.acting if one.most[1] >= LEAST_ACTING])
-        for effect in claimed_effects(diagnosis)
-    ]
+    found = [(effect, [_acts(diagnosis, one) for one in phases_of(effect)]) for effect in claimed_effects(diagnosis)]
     return [f"{who_acts(diagnosis, effect)} acts in: {'; '.join(phases)}" for effect, phases in found if phases]
+
+
+def phases_of(effect: EffectFound) -> list[Acting]:
+    """Returns the phases in which an effect acts by at least LEAST_ACTING in some run."""
+    return [one for one in effect.acting if one.most[1] >= LEAST_ACTING]
 
 
 def who_acts(diagnosis: Diagnosis, effect: EffectFound) -> str:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 
 from station.diagnosis import thresholds
 from station.diagnosis.report import html
-from station.diagnosis.report.sentences import in_order
+from station.diagnosis.report.sentences import claimed_effects, in_order
 from station.diagnosis.result import Candidates, Diagnosis
 from station.pages import pieces
 
 _MOST = 10
 _HEAD = ("candidate", "gain", "parameters", "BIC gain", "2 ln odds")
+_NOTE = (
+    "Ranks, shares and assessments are of this stage. The classes, and with them the headline, are decided in the end: "
+    "each finding is taken out of the whole model, and all that could stand in its place is compared once more. No law "
+    "is exact, so where one gains much, differences of the odds count for less in the shares."
+)
 
 
 def what(diagnosis: Diagnosis) -> str:
@@ -58,16 +63,21 @@ def _fitted(diagnosis: Diagnosis, stage: int, rows: Sequence[Candidates]) -> str
         return ""
     ranked = sorted(rows, key=lambda row: (-row.share, -row.twice_log_odds))
     likelier = [sum(row.share for row in ranked[:rank]) for rank in range(len(ranked))]
+    likeliest = {row.ids: row for row in reversed(ranked)}
+    words = [
+        _assessed(row, before, _found(diagnosis, row), first=likeliest[row.ids] is row)
+        for row, before in zip(ranked, likelier, strict=True)
+    ]
     cells = [
-        [str(rank), *_cells(row), html.number(row.share), _class(diagnosis, row), _assessed(row, before)]
-        for rank, (row, before) in enumerate(zip(ranked, likelier, strict=True), start=1)
+        [str(rank), *_cells(row), html.number(row.share), _class(diagnosis, row), escape(said)]
+        for rank, (row, said) in enumerate(zip(ranked, words, strict=True), start=1)
     ]
     caption = f"Stage {stage + 1}: compared with " + ("the plain model" if stage == 0 else "what was found before")
     return pieces.table(
         ("rank", *_HEAD, "share", "class", "assessment"),
         cells,
         caption=caption,
-        note="No law is exact, so where one gains much, differences of the odds count for less in the shares.",
+        note=_NOTE,
     )
 
 
@@ -94,11 +104,22 @@ def _class(diagnosis: Diagnosis, row: Candidates) -> str:
     return escape("; ".join(", ".join(ids) for ids in classes if set(ids) & set(row.ids)))
 
 
-def _assessed(row: Candidates, likelier: float) -> str:
+def _found(diagnosis: Diagnosis, row: Candidates) -> dict[str, tuple[str, ...]]:
+    """Returns the claimed classes by the candidate's own names; a name that was not found has none."""
+    classes = [one.class_ids for one in claimed_effects(diagnosis)]
+    return {name: next((ids for ids in classes if name in ids), ()) for name in row.ids}
+
+
+def _assessed(row: Candidates, likelier: float, found: Mapping[str, tuple[str, ...]], *, first: bool) -> str:
     """Returns the assessment of a fitted candidate; `likelier` is the share of those before it, 0 for the best.
 
-    The best and what is needed beside it for the share CREDIBLE cannot be told apart.
+    The best and what is needed beside it for the share CREDIBLE cannot be told apart in the stage. `found` has the
+    classes in the end by the candidate's names, of which it is the `first` by rank: `other` has several.
     """
-    if row.bic <= 0:
-        return "not worth its parameters"
-    return "indistinguishable from the best" if 0 < likelier < thresholds.CREDIBLE else ""
+    lost = [name for name, ids in found.items() if not ids]
+    if likelier < thresholds.CREDIBLE and (row.bic > 0 or not lost):
+        here = "indistinguishable from the best" if likelier > 0 else "the likeliest"
+        return f"{here} here; without {' and '.join(lost)} in the end" if lost else here
+    if first and len(found) == 1 and not lost:
+        return "indistinguishable in the end" if len(found[row.ids[0]]) > 1 else "found in the end"
+    return "less likely" if row.bic > 0 else "not worth its parameters"

@@ -10,7 +10,7 @@ from station.diagnosis.report.curves import curves, drawable
 from station.diagnosis.report.heat_map import heat_map
 from station.diagnosis.report.picture_data import PictureData
 from station.diagnosis.report.plate_map import channels_on_plate, plate_map
-from station.diagnosis.report.sentences import claimed_effects, singular, used, who_acts
+from station.diagnosis.report.sentences import claimed_effects, phases_of, singular, used, who_acts
 from station.diagnosis.result import Acting, Diagnosis, Located, Tested, rounded
 from station.pages import pieces
 from station.pages.caption import Caption
@@ -82,7 +82,7 @@ def _places(diagnosis: Diagnosis) -> str:
 
 def _acting(diagnosis: Diagnosis) -> str:
     """Returns the table of the phases in which the claimed effects act; empty without any."""
-    found = [(effect, one) for effect in claimed_effects(diagnosis) for one in effect.acting]
+    found = [(effect, one) for effect in claimed_effects(diagnosis) for one in phases_of(effect)]
     rows = [[escape(who_acts(diagnosis, effect)), *_acts(one)] for effect, one in found]
     head = ("effect", "phase", "median", "most", f"in {singular(diagnosis)}")
     note = f"By how far the model without the effect is off, in units of the spread between equal {diagnosis.counted}."

@@ -26,7 +26,7 @@ from station.diagnosis.report.plate_map import plate_map
 from station.diagnosis.report.sentences import sentence
 from station.diagnosis.report.summary import summary
 from station.diagnosis.report.what import what
-from station.diagnosis.result import Located, Stretch, Value, rounded
+from station.diagnosis.result import Acting, Diagnosis, Located, Stretch, Value, rounded
 from station.pages.figure import kept_in
 from station.physics.catalogue import catalogue
 from station.simulators import artefacts
@@ -274,7 +274,7 @@ def test_a_candidate_of_a_better_rank_has_no_smaller_share() -> None:
     first, *_ = diagnosis.candidates
     best = replace(first, fitted=True, bic=60.0, twice_log_odds=60.0, share=0.7)
     pair = replace(best, label="a pair", bic=62.0, twice_log_odds=19.0, share=0.25)
-    last = replace(best, label="a third", bic=10.0, twice_log_odds=10.0, share=0.05)
+    last = replace(best, ids=("wear",), label="a third", bic=10.0, twice_log_odds=10.0, share=0.05)
     promised = replace(first, label="a score", twice_log_odds=first.twice_log_odds + 50.0, fitted=False)
     text = what(replace(diagnosis, candidates=(last, pair, best, promised)))
     ranked, scored = text.split("Stage 1: compared with the plain model")[1].split("Stage 1: not fitted")
@@ -283,6 +283,49 @@ def test_a_candidate_of_a_better_rank_has_no_smaller_share() -> None:
     assert ["indistinguishable" in row[8] for row in rows] == [False, True, False]
     assert "a score" in scored
     assert "a score" not in ranked
+
+
+def test_no_row_contradicts_the_headline() -> None:
+    """A law of the headline's class that its stage told apart had no word, and others had none either."""
+    diagnosis = grained().diagnosis
+    best = replace(diagnosis.candidates[0], ids=("object_anisotropy",), fitted=True, bic=99.0, share=0.9)
+    rows = [
+        best,
+        replace(best, ids=("wear",), share=0.06),
+        replace(best, ids=("plate_anisotropy",), share=0.02),
+        replace(best, ids=("viscous",), share=0.01),
+        replace(best, ids=("lens_distortion",), share=0.005, bic=-2.0),
+    ]
+    first, second = (replace(diagnosis.effects[0], class_ids=ids) for ids in (best.ids, ("plate_anisotropy",)))
+    both = replace(first, class_ids=("object_anisotropy", "plate_anisotropy"))
+    assert assessed(replace(diagnosis, candidates=tuple(rows), effects=(both,))) == [
+        "the likeliest",
+        "indistinguishable from the best here; without wear in the end",
+        "indistinguishable in the end",
+        "less likely",
+        "not worth its parameters",
+    ]
+    alone = assessed(replace(diagnosis, candidates=tuple(rows), effects=(second,)))
+    assert alone[0] == "the likeliest here; without object_anisotropy in the end"
+    assert alone[2] == "found in the end"
+    assert "decided in the end" in what(diagnosis)
+
+
+def assessed(diagnosis: Diagnosis) -> list[str]:
+    """The assessments of a diagnosis's first stage, by rank."""
+    rows = what(diagnosis).split("compared with the plain model")[1].split("</table>")[0].split("<tr>")[2:]
+    return [unescape(re.sub("<[^>]*>", "", row.split("<td>")[-1])).strip() for row in rows]
+
+
+def test_phases_without_the_effect_are_left_out() -> None:
+    """A law of sliding was said to act at the onset, by 0, most in run 1."""
+    found = grained()
+    onset, slide = (Acting(phase=phase, runs=(1,), sizes=(size,)) for phase, size in (("onset", 0.0), ("slide", 8.2)))
+    effects = tuple(replace(one, acting=(onset, slide)) for one in found.diagnosis.effects)
+    text = html_page(replace(found.diagnosis, effects=effects), found.pictures)
+    table = text.split("Where the effects act")[1].split("</table>")[0]
+    assert "<td>8.2</td>" in table
+    assert "onset" not in table
 
 
 def test_the_shares_of_the_table_are_those_of_the_posterior() -> None:
