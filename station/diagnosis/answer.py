@@ -103,6 +103,7 @@ def answered(
         total_runs=evidence.total_runs,
         used_runs=evidence.used(),
         left_out=evidence.left_out,
+        without_onset=evidence.without_onset,
         held_out_runs=evidence.used(),
         simulator="planar",
         mu_s=level_of(evidence, found.null),
@@ -215,6 +216,7 @@ def refusal(evidence: Evidence, catalogue: Catalogue, why: str, *, name: str) ->
         total_runs=evidence.total_runs,
         used_runs=evidence.used(),
         left_out=evidence.left_out,
+        without_onset=evidence.without_onset,
         untestable=dict.fromkeys(catalogue, why),
         notes=(why, *(note for note in evidence.notes if note not in why)),
     )

@@ -315,13 +315,14 @@ class Diagnosis:
     differently. Otherwise the baseline is one constant friction. `counted` is what was counted: a session's runs,
     the rows of a table, or the windows in which rows were averaged. `level` names the level of friction: mu_k where
     nothing but sliding was seen. `left_out` has the number of runs that could not be used by the reason, a verb whose
-    subject they are.
+    subject they are, and `without_onset` that of runs of which only the slide could be.
     """
 
     recording: str
     total_runs: int
     used_runs: int
     left_out: Mapping[str, int] = field(default_factory=dict[str, int])
+    without_onset: Mapping[str, int] = field(default_factory=dict[str, int])
     held_out_runs: int = 0
     simulator: str = "planar"
     mu_s: Value = field(default_factory=lambda: Value(value=math.nan, sd=math.nan, unit="1"))

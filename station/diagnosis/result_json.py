@@ -24,7 +24,8 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
                 "used": diagnosis.used_runs,
                 "held_out": diagnosis.held_out_runs,
                 "counted": diagnosis.counted,
-                "left_out": [{"reason": why, "count": count} for why, count in diagnosis.left_out.items()],
+                "left_out": _reasons(diagnosis.left_out),
+                "without_onset": _reasons(diagnosis.without_onset),
             },
             "baseline": {
                 "simulator": diagnosis.simulator,
@@ -64,6 +65,10 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
 
 def _value(value: Value) -> dict[str, Any]:
     return {"value": value.value, "sd": value.sd, "unit": value.unit, "interval90": list(value.interval90)}
+
+
+def _reasons(runs: Mapping[str, int]) -> list[dict[str, Any]]:
+    return [{"reason": why, "count": count} for why, count in runs.items()]
 
 
 def _differs(one: Differs) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from station.diagnosis.observations.channel import Channel
 from station.diagnosis.observations.dwell_by_tilt import dwell_by_tilt
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.image_rows import plate_channels, rest_channel, shape_channel
-from station.diagnosis.observations.left_out import left_out
+from station.diagnosis.observations.left_out import left_out, without_onset
 from station.diagnosis.observations.moments import RunFacts
 from station.diagnosis.observations.onset_rows import onset_channel
 from station.diagnosis.observations.onsets import Onsets
@@ -78,6 +78,7 @@ def evidence_of(signals: Signals, setting: Setting, rig_offsets: RigOffsets = UN
         notes=tuple(_notes(recorded)),
         tips=tips_of(recorded),
         left_out=left_out(recorded, channels),
+        without_onset=without_onset(recorded, channels),
         paths=_paths(recorded.reread, onsets),
         rig_offsets=recorded.rig_offsets,
         slide_tracks=slide_tracks(recorded) if len(recorded.free_windows) else None,

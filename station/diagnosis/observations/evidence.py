@@ -33,7 +33,8 @@ class Evidence:
     `held_out` (r,) are predicted and not fitted; None: there are none. `floor` is the least noise of rows and runs.
     `group` (r,) numbers the groups of runs that share a draw of friction, as those of one specimen; None: each run is
     on its own. `stretch` (r,) numbers the stretches of one speed in continuous records; None: there are too few to know
-    how they scatter. `left_out` counts the runs without a row of friction by the reason, a verb whose subject they are.
+    how they scatter. `left_out` counts the runs without a row of friction by the reason, a verb whose subject they are,
+    and `without_onset` those of which only the slide has such rows.
     """
 
     channels: tuple[Channel, ...]
@@ -50,6 +51,7 @@ class Evidence:
     group: Index | None = None
     stretch: Index | None = None
     left_out: Mapping[str, int] = field(default_factory=dict[str, int])
+    without_onset: Mapping[str, int] = field(default_factory=dict[str, int])
 
     def channel(self, name: str) -> Channel | None:
         """Returns the channel of that name, or None."""

@@ -73,10 +73,20 @@ def used(diagnosis: Diagnosis) -> str:
     return f"{diagnosis.used_runs} {of.format(diagnosis.total_runs)}"
 
 
+_SLIDES_ALONE = "of {count} of the {total} used runs only the slide counts, and not the onset"
+
+
 def left_out(diagnosis: Diagnosis) -> str:
-    """Tells how many runs were left out, and why; empty if none was."""
-    reasons = ", ".join(f"{count} {why}" for why, count in diagnosis.left_out.items())
-    return f"{sum(diagnosis.left_out.values())} of {diagnosis.total_runs} runs left out: {reasons}" if reasons else ""
+    """Tells how many runs were left out, and of how many only the slide counts, and why; empty if all count wholly."""
+    out = _because(diagnosis.left_out, "{count} of {total} runs left out", diagnosis.total_runs)
+    slides = _because(diagnosis.without_onset, _SLIDES_ALONE, diagnosis.used_runs)
+    return "; ".join(one for one in (out, slides) if one)
+
+
+def _because(runs: Mapping[str, int], words: str, total: int) -> str:
+    """Returns the words with the number of runs, and its reasons; empty without any run."""
+    reasons = ", ".join(f"{count} {why}" for why, count in runs.items())
+    return f"{words.format(count=sum(runs.values()), total=total)}: {reasons}" if reasons else ""
 
 
 def singular(diagnosis: Diagnosis) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -41,19 +42,21 @@ class Choice:
     remarks: tuple[str, ...]
 
 
-def choose(observations: Observations) -> Choice:
+def choose(observations: Observations, *, uncounted: Mapping[str, int] | None = None) -> Choice:
     """Fits every kind of curve that the runs can tell apart, and takes the one of the least BIC.
 
     The frame is found with one-way curves, which have whatever is common; ellipse and general curve are then fitted in
-    the best frame.
+    the best frame. `uncounted` has the number of samples that tell nothing of a curve by the reason.
 
     Raises:
         ValueError: saying in a sentence why no curve can be fitted.
     """
     resolved = int(observations.resolved.sum())
     if resolved < LEAST_SAMPLES:
+        others = ", ".join(f"{count} {why}" for why, count in (uncounted or {}).items())
         raise ValueError(
             f"No limit curve can be fitted to {counted(resolved)} with a known direction; {LEAST_SAMPLES} are needed."
+            + (f" Left out: {others}." if others else "")
         )
     plain = Layout("isotropic", "object")
     isotropic = maximise(plain, observations, start=first_guess(observations), start_layout=plain)

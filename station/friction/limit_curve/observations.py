@@ -78,19 +78,44 @@ class Observations:
 
 def observations_of(pair: Pair) -> Observations:
     """Returns the runs of a pair whose block was seen, but for those that `LEFT_OUT` flagged or the foam held."""
+    every = _every(pair)
+    return every.where(~np.logical_or.reduce(list(_out(pair, every).values())))
+
+
+def uncounted(pair: Pair) -> dict[str, int]:
+    """Returns the number of a pair's runs that are not `resolved`, or left out, by the reason."""
+    every = _every(pair)
+    unknown = {"without a slip": every.censored, "with an onset known only to its step": ~every.resolved}
+    left, counts = np.ones(len(every), dtype=np.bool_), dict[str, int]()
+    for why, runs in (_out(pair, every) | unknown).items():
+        counts[why] = int((left & runs).sum())
+        left &= ~runs
+    return {why: count for why, count in counts.items() if count}
+
+
+def _out(pair: Pair, every: Observations) -> dict[str, Bools]:
+    """Returns the runs (n,) that tell nothing of the curve by the reason."""
+    return {
+        "leaning on the foam": _leaning(pair.slides, pair.opening),
+        "flagged by a filter": np.logical_or.reduce([pair.flags.by_filter[name] for name in LEFT_OUT]),
+        "without a direction": ~(np.isfinite(every.orientation_rad) & np.isfinite(every.slide_sigma_rad)),
+    }
+
+
+def _every(pair: Pair) -> Observations:
+    """Returns all runs of a pair."""
     slides, samples = pair.slides, pair.samples
     mount = _column(samples, "plate_mount_rad")
     # The yaw is known where the slide is not: a censored run has none.
     yaw = np.where(np.isfinite(slides.orientation_rad), slides.orientation_rad + mount, np.nan)
     downhill = slides.azimuth_rad - math.pi / 2
-    wrong = np.logical_or.reduce([pair.flags.by_filter[name] for name in LEFT_OUT])
     low, high = _bracket(slides, samples)
     bracketed = ~slides.censored & slides.unresolved & (high > low)
     known = ~slides.censored & ~bracketed
     tilt = np.maximum(slides.tilt_rad, _LEAST_TILT_RAD)
     sigma = np.nan_to_num(_column(samples, "onset_sigma_rad"))
     count = len(slides)
-    every = Observations(
+    return Observations(
         pull=np.where(known, _pull(tilt), np.nan),
         # d ln tan = d theta (1 + tan²) / tan.
         pull_sigma=2.0 * sigma / np.sin(2.0 * tilt),
@@ -103,8 +128,6 @@ def observations_of(pair: Pair) -> Observations:
         slide_sigma_rad=_slide_sigma_rad(slides, samples),
         place=np.linspace(-1.0, 1.0, count) if count > 1 else np.zeros(count),
     )
-    leaning = _leaning(slides, pair.opening)
-    return every.where(np.isfinite(yaw) & ~wrong & ~leaning & np.isfinite(every.slide_sigma_rad))
 
 
 def _column(samples: tuple[Sample, ...], name: str) -> Array:

@@ -13,7 +13,7 @@ from station.friction.limit_curve.estimates import band_of, estimates_of
 from station.friction.limit_curve.families import BOOTSTRAPS, Multipliers, choose_family
 from station.friction.limit_curve.likelihood import Likelihood
 from station.friction.limit_curve.maximise import Maximum
-from station.friction.limit_curve.observations import Observations, observations_of
+from station.friction.limit_curve.observations import Observations, observations_of, uncounted
 from station.friction.pairs import Pair
 from station.friction.report_table import percent
 
@@ -29,7 +29,7 @@ def chosen_curve(pair: Pair) -> Choice:
     Raises:
         ValueError: saying in a sentence why no curve can be fitted.
     """
-    return choose(observations_of(pair))
+    return choose(observations_of(pair), uncounted=uncounted(pair))
 
 
 def limit_curve_of(pair: Pair, *, rng: np.random.Generator, bootstraps: int = BOOTSTRAPS) -> LimitCurveFit:

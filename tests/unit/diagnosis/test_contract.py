@@ -20,7 +20,13 @@ QUALITY = {"log_score": NUMBER, "onset_rmse_deg": NUMBER, "path_rmse_mm": NUMBER
 ACTING = [{"phase": str, "runs": [int], "sizes": [NUMBER]}]
 CONTRACT: dict[str, Any] = {
     "recording": str,
-    "runs": {"total": int, "used": int, "held_out": int, "left_out": [{"reason": str, "count": int}]},
+    "runs": {
+        "total": int,
+        "used": int,
+        "held_out": int,
+        "left_out": [{"reason": str, "count": int}],
+        "without_onset": [{"reason": str, "count": int}],
+    },
     "baseline": {"simulator": str, "parameters": {"mu_s": {"value": NUMBER, "sd": NUMBER}}},
     "global_p": NUMBER,
     "located": [

@@ -39,6 +39,17 @@ def test_blocks_that_lean_on_the_foam_are_counted() -> None:
     assert reasons(session(), narrow) == {left_out.LEANED: 24}
 
 
+def test_a_block_that_leans_and_slides_clear_of_the_foam_loses_only_its_onset() -> None:
+    """Of 56 used runs the figure of the onsets had 27, and nothing said why."""
+    starts = np.array([np.hypot(*track.pose[0, :2]) for track in Recorded(session(), WIDE).tracks])
+    evidence = evidence_of(session(), Setting(opening_radius_m=float(starts.max()) + 5e-4))
+    onsets = evidence.channel("onset")
+    assert onsets is not None
+    assert 0 < len(onsets) < evidence.used()
+    assert dict(evidence.without_onset) == {left_out.LEANED: evidence.used() - len(onsets)}
+    assert not evidence_of(session(), WIDE).without_onset
+
+
 def test_runs_of_which_nothing_was_recorded_are_counted() -> None:
     whole = session()
     last_ns = int(whole.attitude.time_ns[-1])
@@ -67,3 +78,9 @@ def test_the_reasons_are_told() -> None:
     expected = [{"reason": "did not slide", "count": 7}, {"reason": "leaned on the foam", "count": 38}]
     assert as_json(found)["runs"]["left_out"] == expected
     assert "left out" not in headline(replace(found, left_out={}))
+    found = replace(found, without_onset={left_out.LEANED: 29})
+    told = "of 29 of the 75 used runs only the slide counts, and not the onset: 29 leaned on the foam"
+    Console(file=text, width=400).print(summary(found))
+    assert f"38 leaned on the foam; {told}" in text.getvalue()
+    assert f"{told}." in headline(replace(found, left_out={}))
+    assert as_json(found)["runs"]["without_onset"] == [{"reason": "leaned on the foam", "count": 29}]

@@ -18,7 +18,7 @@ from station.friction.limit_curve.families import Multipliers, choose_family, fi
 from station.friction.limit_curve.likelihood import Likelihood
 from station.friction.limit_curve.multiplier import FAMILIES, Family, Multiplier
 from station.friction.limit_curve.observations import Observations, observations_of
-from station.friction.limit_curve.of_pair import fit_of
+from station.friction.limit_curve.of_pair import chosen_curve, fit_of
 from station.friction.limit_curve.parameters import Layout
 from station.friction.limit_curve.shape import Ellipse, Frame, Kind, LimitCurve, Shape
 from station.friction.pairs import Session, pairs_of
@@ -223,6 +223,15 @@ def test_wrong_measurements_are_left_out_and_high_friction_is_not():
     (pair,) = pairs_of([Session(samples, GEOMETRY)])
     assert pair.flags.by_filter["angle"][61]
     assert len(observations_of(pair)) == 61
+
+
+def test_too_few_samples_say_what_became_of_the_others():
+    """Of 19 kept samples 16 were said to have a known direction, and nothing told why."""
+    leaning = sample(run=1, start_m=(0.0, -0.042), azimuth_rad=0.0)
+    held = replace(sample(run=2), censored=True)
+    (pair,) = pairs_of([Session([leaning, held, *session(20, rng=np.random.default_rng(5))], GEOMETRY)])
+    with pytest.raises(ValueError, match=r"20 samples .* needed. Left out: 1 leaning on the foam, 1 without"):
+        chosen_curve(pair)
 
 
 def test_a_block_that_the_foam_holds_is_left_out_by_its_pull_and_not_by_its_slide():
