@@ -60,6 +60,7 @@ class Backend:
     def _session(self, asked: Mapping[str, Any]) -> None:
         if (action := text(asked, "action")) == "start":
             self.sessions.begin(samples=whole_number(asked, "samples"), seed=whole_number(asked, "seed"))
+            self.follower.expect()
         else:
             self.sessions.control(action)
 

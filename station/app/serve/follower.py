@@ -47,6 +47,12 @@ class Follower:
         self._status: SessionStatus | None = None
         self._began += 1
 
+    def expect(self) -> None:
+        """Begins anew before another session is heard: one that was started is none of the last one's."""
+        with self._lock:
+            self._begin()
+            self._owner = None
+
     def take(self, received: Received) -> None:
         """Takes a message."""
         message = received.message

@@ -11,6 +11,7 @@ from collections.abc import Generator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -262,6 +263,27 @@ def test_another_session_begins_anew(bus: MemoryBus, tmp_path: Path) -> None:
     give("session/heartbeat", Heartbeat(2, armed=True, owner="two"))
     assert follower.samples()[:2] == (2, [])
     assert follower.state()["paused"] is False
+
+
+def test_a_session_that_is_started_begins_empty(
+    bus: MemoryBus, backend: Backend, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Program, "begin", Mock())
+
+    def give(topic: str, message: Message) -> None:
+        backend.follower.take(Received(topic, 1, message))
+
+    give("session/heartbeat", Heartbeat(1, armed=True, owner="one"))
+    give("session/status", SessionStatus(owner="one", recording="a.mcap", total=1))
+    give("session/sample", Sample(run=1))
+    began = backend.follower.began
+    backend.act("session", {"action": "start", "samples": 3, "seed": 4})
+    assert backend.follower.samples()[:2] == (began + 1, [])
+    state = backend.state()
+    assert (state["done"], state["total"], state["ended"], state["recording"]) == (0, None, False, "")
+    give("session/status", SessionStatus(owner="two", recording="b.mcap", total=3))
+    give("session/heartbeat", Heartbeat(2, armed=True, owner="two"))
+    assert (backend.follower.began, backend.state()["total"]) == (began + 1, 3)
 
 
 def test_the_state_says_that_the_session_has_ended_and_raises_no_alarm(

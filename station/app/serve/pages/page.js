@@ -7,7 +7,7 @@ const PHASES = {
   REFERENCE: "reading the place before the tilt", TILT: "tilting", SLIP: "it slips", SETTLE: "coming to rest",
   RETURN: "back to level", DONE: "reading the place after the slide", ABORTED: "given up, levelling",
 };
-let session = 0, state = null, viewed = "";
+let session = 0, state = null, viewed = "", refusal = "";
 
 // --- helpers -------------------------------------------------------------------------------------------------------
 
@@ -87,7 +87,7 @@ function showLines(id, lines) {
 
 // Without a session nothing is written, and a part that has said nothing is no fault.
 function healthOf(now) {
-  const idle = phaseOf(now) === "no session";
+  const idle = !now.running && !now.ended;
   const parts = idle ? now.health.filter((part) => part.part !== "disk") : now.health;
   const silent = (part) => part.off || (idle && part.text.endsWith(" yet"));
   const looks = (part) => (silent(part) ? { class: "silent" } : part.well ? {} : { class: "bad" });
@@ -179,7 +179,7 @@ function rowOf(file) {
   const doing = element("td");
   for (const [kind, label] of ACTIONS) {
     const button = element("button", label, { type: "button" });
-    button.addEventListener("click", () => act("job", { kind, recording: file.name }));
+    button.addEventListener("click", () => begin(kind, file.name));
     doing.append(button);
   }
   const view = element("button", "Rerun", { type: "button" });
@@ -192,6 +192,16 @@ function rowOf(file) {
   }
   row.append(element("td", file.name), element("td", startOf(file)), element("td", `${(file.bytes / 1e6).toFixed(1)} MB`), doing, made);
   return row;
+}
+
+// Work that is refused as other work runs says so until that has ended.
+async function begin(kind, recording) {
+  refusal = (await act("job", { kind, recording })) ? "" : byId("said").textContent;
+}
+
+function forgetRefusal() {
+  if (refusal && byId("said").textContent === refusal) say("");
+  refusal = "";
 }
 
 function showJob(job) {
@@ -218,6 +228,7 @@ function showViewer(view) {
 function take(now) {
   const ended = (before, after) => before && before.running && !(after && after.running);
   if (state && (ended(state.job, now.job) || ended(state, now))) loadRecordings();
+  if (state && ended(state.job, now.job)) forgetRefusal();
   state = now;
   showSession(now);
   showJob(now.job);
