@@ -71,7 +71,8 @@ class Verdict:
 def replay(machine: SamplingMachine, stream: Iterable[tuple[str, Message, int]]) -> dict[str, Verdict]:
     """Feeds a recording to a fresh machine and compares its decisions with the recorded ones; a verdict for each topic.
 
-    Nothing may be missing but what was decided in the last `UNRECORDED_S`, and no sample may follow a stop.
+    Nothing may be missing but what was decided in the last `UNRECORDED_S`, no sample whose run is recorded as done, and
+    no sample may follow a stop.
 
     Args:
         machine: built with the plan, seed, reach and specimen of the recording.
@@ -111,6 +112,7 @@ def _lanes(machine: SamplingMachine, stream: Iterable[tuple[str, Message, int]])
         end_ns = now_ns
     for lane in lanes.values():
         lane.end_ns = end_ns
+    lanes["session/sample"].proven = sum(_done(event) for event in lanes["session/event"].recorded)
     if stopped_ns is not None:
         lanes["arm/command"].end_at(stopped_ns)
     return lanes
@@ -118,12 +120,16 @@ def _lanes(machine: SamplingMachine, stream: Iterable[tuple[str, Message, int]])
 
 @dataclass(slots=True)
 class _Lane:
-    """The decisions of one topic, as recorded and as replayed."""
+    """The decisions of one topic, as recorded and as replayed.
+
+    `proven` is the least number of them by the other topics: a run is `DONE` once its sample is there.
+    """
 
     recorded: list[Message] = field(default_factory=list[Message])
     replayed: list[Message] = field(default_factory=list[Message])
     decided_ns: list[int] = field(default_factory=list[int])
     end_ns: int = 0
+    proven: int = 0
 
     def decided(self, decision: Message, now_ns: int) -> None:
         """Takes a decision of the replay, and when it was taken."""
@@ -139,9 +145,9 @@ class _Lane:
         """Returns the number of decisions that agree, and the first that does not.
 
         A recording may end between an input and the decision that follows from it, but not the other way round: it
-        holds every decision but those of its last moment.
+        holds every decision but those of its last moment, and all that are proven.
         """
-        due = bisect_left(self.decided_ns, self.end_ns - round(UNRECORDED_S * 1e9))
+        due = max(bisect_left(self.decided_ns, self.end_ns - round(UNRECORDED_S * 1e9)), self.proven)
         pairs = zip_longest(self.recorded, self.replayed[: max(len(self.recorded), due)])
         for number, (recorded, replayed) in enumerate(pairs, start=1):
             if recorded is None or replayed is None or not _equal(recorded, replayed):
@@ -156,6 +162,10 @@ def _known(message: Message | None) -> Message:
 
 def _stopped(message: Message) -> TypeGuard[RunEvent]:
     return isinstance(message, RunEvent) and message.phase == "ABORTED" and message.reason.startswith(STOPPED)
+
+
+def _done(message: Message) -> bool:
+    return isinstance(message, RunEvent) and message.phase == "DONE"
 
 
 def _decisions(actions: list[Action]) -> list[TiltCommand | RunEvent | Sample]:

@@ -71,6 +71,17 @@ def test_a_decision_that_is_missing_is_found_out():
     assert verdict(items[:first] + items[first + 1 :]).difference is not None
 
 
+def test_a_run_that_is_done_proves_its_sample():
+    """The last sample could be taken out unnoticed: it is decided in the last second, which may not be recorded."""
+    items = stream()
+    last = max(k for k, (topic, _, _) in enumerate(items) if topic == "session/sample")
+    done = next(k for k, (_, message, _) in enumerate(items) if k > last and getattr(message, "phase", "") == "DONE")
+    found = verdict(items[:last] + items[last + 1 : done + 1]).difference
+    assert found is not None
+    assert isinstance(found.replayed, Sample)
+    assert verdict(items[:last]).difference is None
+
+
 def test_samples_that_are_missing_altogether_are_found_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     found = verdict([item for item in stream() if item[0] != "session/sample"])
     assert isinstance(found.difference.replayed if found.difference else None, Sample)
