@@ -57,10 +57,12 @@ class OtherCorner:
 class CornersAgain:
     """The numbers of pictures and of those in which the mark was read again, and what differs.
 
+    `corners`: how many corners of the mark are recorded, of which most frames have no picture;
     `unseen`: pictures in which the mark was found then and not now; `worst_px`: the largest difference of a coordinate;
     `stampless`: pictures of a time from which no corners are recorded.
     """
 
+    corners: int = 0
     pictures: int = 0
     compared: int = 0
     unseen: int = 0
@@ -104,6 +106,7 @@ def corners_again(reader: RecordingReader, tracker: PictureTracker) -> CornersAg
     for item in reader.messages({"camera/corners", "camera/image"}):
         message = item.message
         if isinstance(message, MarkerCorners):
+            found.corners += message.found
             waiting[message.capture_ns] = message
             if len(waiting) > WAITING:
                 waiting.popitem(last=False)

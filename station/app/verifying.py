@@ -153,7 +153,7 @@ def _corners(reader: RecordingReader) -> Part:
 
 
 def _part_of(found: CornersAgain) -> Part:
-    read = f"read again in {found.compared} of {found.pictures} pictures"
+    read = f"{found.compared} of {found.corners} read again, in {found.compared} of {found.pictures} pictures"
     if found.stampless > found.pictures:
         said = f"{found.stampless} of {found.stampless + found.pictures} pictures are of moments without corners"
         return Part("corners", "different", found.compared, said)
@@ -162,6 +162,8 @@ def _part_of(found: CornersAgain) -> Part:
     said = f"{read}, at most {found.worst_px:.3f} px apart" + (
         f"; in {found.unseen} the mark was found then and not now" if found.unseen else ""
     )
+    if unshown := found.corners - found.compared - found.unseen:
+        said += f"; of {unshown} there is no picture"
     if found.first is None:
         return Part("corners", "identical", found.compared, said)
     first = found.first

@@ -2,7 +2,7 @@
 
 Corners are read again from the recorded pictures, where there are any; the plate's attitudes follow once more from the
 joints, and commands, events and samples from the recorded messages, with the plan and the rig inside the recording. A
-signature beside it (`station keys sign`) says who made it. What no picture shows and nothing is decided by can be
+signature beside it (`station keys sign`) says who made it. What no picture shows, and what follows from that, can be
 forged without a trace in an unsigned file.
 """
 

@@ -68,6 +68,16 @@ def test_corners_are_those_of_the_pictures(recorded: Path) -> None:
     assert found.worst_px < 0.06
 
 
+def test_the_line_says_of_how_many_corners_a_picture_tells(recorded: Path) -> None:
+    """A forger moved 44 of a slide's 52 corners, those without a picture: "corners identical" seemed to be of all."""
+    found = again(recorded)
+    (corners,) = (part for part in verify(recorded).parts if part.name == "corners")
+    assert corners.state == "identical"
+    assert found.corners == FRAMES
+    assert f"{found.compared} of {FRAMES} read again, in {found.compared} of {found.pictures}" in corners.sentence
+    assert f"of {FRAMES - found.compared} there is no picture" in corners.sentence
+
+
 def moved(number: int, by_px: float, *, sigma_px: float = 0.01) -> Edit:
     def edit(items: Iterator[Item]) -> Iterable[Item]:
         stamps = list[int]()
