@@ -68,6 +68,7 @@ class BusWire:
             effort = state.effort_nm or (0.0,) * len(state.name)
             position, velocity, effort = np.array((state.position_rad, state.velocity_rad_s, effort))[:, order]
             self._reading = JointReading(state.stamp_ns, self._model.joint_names, position, velocity, effort)
+            self._fault = ""
         except (UserError, ValueError, IndexError) as wrong:
             self._fault = str(wrong)
 
@@ -81,7 +82,7 @@ class BusWire:
         return self._reading
 
     def fault(self) -> str:
-        """Returns why a joint state does not fit the model; nothing while all of them do."""
+        """Returns why the latest joint state does not fit the model; nothing if it does."""
         return self._fault
 
 
