@@ -10,6 +10,7 @@ from shared.errors import UserError
 from shared.rig import RigConfig
 from station.app.simulating import rig_of
 from station.diagnosis.result import Diagnosis
+from station.friction.onset import estimate_onset
 from station.pages.caption import Caption
 from station.pages.motion import Moving, moving_figure
 from station.physics.catalogue import Catalogue, catalogue_of_table
@@ -20,14 +21,16 @@ from station.recording.reader import open_recording
 from station.signals.session import Signals
 from station.signals.tracks import Times
 from station.simulators.errors import errors
+from station.simulators.levelled import levelled
 from station.simulators.recorded_runs import RecordedRun, poses_of, recorded_runs
-from station.simulators.rerun import only_runs, some_runs
+from station.simulators.rerun import some_runs
 from station.simulators.simulator import simulator
 
 _ENGINE = "planar"
 """The simulator of the drawing, whatever the diagnosis simulates again: its friction is that of the fit itself."""
 _TRIED = 9
-"""The number of runs, spread over the session, of which the middle one is shown: a second of simulation."""
+"""The number of runs, spread over the session, of which the middle one is shown: their levels are sought for both
+models, which takes some seconds (`station diagnose sim.mcap --report page.html`)."""
 _BEFORE_S, _AFTER_S, _SHOWN_S = 0.15, 0.2, 6.0
 _RECORDED, _PLAIN, _FOUND = "#0072b2", "#777777", "#009e73"
 _MOVED_M = 1e-3
@@ -49,56 +52,57 @@ def run_in_motion(path: Path, diagnosis: Diagnosis, *, rig_path: Path | None = N
 def typical_run(recorded: Signals, diagnosis: Diagnosis, *, rig: RigConfig, known: Catalogue) -> str:
     """Returns a drawing of the run whose path error with the plain model is the middle one; empty where no run slid.
 
+    Each run is simulated at its own level of friction, as where a path's error is told: with the mean friction about
+    half the blocks would hold, as a recorded tilt ends once its block has slid.
+
     Raises:
         UserError: if the recording lacks what a simulation needs.
     """
-    engine, some = simulator(_ENGINE), some_runs(recorded, _TRIED)
-    plain = engine.repeat(some, Model(mu_s=diagnosis.mu_s.value), rig=rig)
+    some = some_runs(recorded, _TRIED)
+    plain = _at_own_level(some, Model(mu_s=diagnosis.mu_s.value), rig=rig)
     found = errors(some, plain)
     slid = np.flatnonzero(np.isfinite(found.path_mm))
     if not len(slid):
         return ""
     middle = slid[np.argsort(found.path_mm[slid])[len(slid) // 2]]
-    number = int(recorded_runs(some)[int(middle)].run)
-    one = only_runs(recorded, {number})
-    if one is None:
-        return ""
-    parts = [("recorded", one, _RECORDED), ("simulated, plain", only_runs(plain, {number}), _PLAIN)]
+    parts = [("recorded", some, _RECORDED), ("simulated, plain", plain, _PLAIN)]
     if diagnosis.names:
-        after = engine.repeat(one, model_of_table(diagnosis.model, known), rig=rig)
+        after = _at_own_level(some, model_of_table(diagnosis.model, known), rig=rig)
         parts.append(("simulated with what was found", after, _FOUND))
-    run = recorded_runs(one)[0]
-    return _drawn([(name, part, colour) for name, part, colour in parts if part is not None], run, rig=rig)
+    return _drawn(parts, recorded_runs(some)[int(middle)], rig=rig)
+
+
+def _at_own_level(recorded: Signals, model: Model, *, rig: RigConfig) -> Signals:
+    engine = simulator(_ENGINE)
+    simulated = engine.repeat(recorded, model, rig=rig)
+    return levelled(recorded, simulated, model, rig=rig, engine=engine, reading=estimate_onset)
 
 
 def _drawn(parts: list[tuple[str, Signals, str]], run: RecordedRun, *, rig: RigConfig) -> str:
     tracks = [(name, poses_of(part).between(run.tilt_ns, run.end_ns), colour) for name, part, colour in parts]
     tracks = [track for track in tracks if len(track[1].time_ns) > 1]
-    moves = [_moving_ns(poses.time_ns, poses.pose) for _, poses, _ in tracks]
-    if not any(moves):
+    moves = [moved for _, poses, _ in tracks if (moved := _moving_ns(poses.time_ns, poses.pose))]
+    if not moves:
         return ""
-    lasts_s = max(last - first for first, last in filter(None, moves)) * 1e-9 + _BEFORE_S + _AFTER_S
+    begin_ns, end_ns = min(first for first, _ in moves), max(last for _, last in moves)
+    lasts_s = (end_ns - begin_ns) * 1e-9 + _BEFORE_S + _AFTER_S
     blocks = [
         Moving(
             name=name,
             colour=colour,
-            time_s=_seconds_after(poses.time_ns, moved[0] if moved else int(poses.time_ns[-1])) + _BEFORE_S,
+            time_s=(poses.time_ns - begin_ns).astype(np.float64) * 1e-9 + _BEFORE_S,
             pose=poses.pose,
             filled=colour == _RECORDED,
         )
-        for (name, poses, colour), moved in zip(tracks, moves, strict=True)
+        for name, poses, colour in tracks
     ]
     caption = Caption(
         shows=f"Run {run.run} from above, {lasts_s:.2g} s shown in {_SHOWN_S:g} s: the middle one of {_TRIED} by the "
-        "path error of the plain model. Each block begins when it slides; simulations are by the "
-        f"{_ENGINE} simulator of the fit, with the mean friction. The bar is the scale.",
+        f"path error of the plain model. Simulations are by the {_ENGINE} simulator of the fit, each at the run's own "
+        "level of friction, with which the block sets off when the recorded one did. The bar is the scale.",
         count="1 run",
     )
     return moving_figure(blocks, size_m=rig.block.size_m[:2], lasts_s=lasts_s, shown_s=_SHOWN_S, caption=caption)
-
-
-def _seconds_after(time_ns: Times, begin_ns: int) -> Array:
-    return (time_ns - begin_ns).astype(np.float64) * 1e-9
 
 
 def _moving_ns(time_ns: Times, pose: Array) -> tuple[int, int] | None:

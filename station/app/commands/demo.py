@@ -76,11 +76,12 @@ def run(options: argparse.Namespace) -> int:
         )
         session = concealed.recording
         examined = diagnose_file(session, status=show)
-    report = folder / "report.html"
-    with made_by(command_line("station", "diagnose", session, report=report)):
-        motion = run_in_motion(session, examined.diagnosis)
-        page = html_page(examined.diagnosis, examined.pictures, motion=motion)
-    report.write_text(page, encoding="utf-8")
+        show("writing the report")
+        report = folder / "report.html"
+        with made_by(command_line("station", "diagnose", session, report=report)):
+            motion = run_in_motion(session, examined.diagnosis)
+            page = html_page(examined.diagnosis, examined.pictures, motion=motion)
+        report.write_text(page, encoding="utf-8")
     console.print(summary(examined.diagnosis))
     console.print()
     revealed = reveal(model, examined.diagnosis, known, shows=concealed.shows)

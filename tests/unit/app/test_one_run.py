@@ -67,10 +67,10 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def answer(*names: str, verdict: str = "supported") -> Diagnosis:
+def answer(*names: str, verdict: str = "supported", mu_s: float = 0.4) -> Diagnosis:
     """Returns as much of a diagnosis as the drawing asks for."""
-    model = {"friction": {"mu_s": 0.4}, "effects": {"kinetic_drop": {"drop": 0.2}}}
-    told = SimpleNamespace(mu_s=SimpleNamespace(value=0.4), names=names, model=model, verdict=verdict)
+    model = {"friction": {"mu_s": mu_s}, "effects": {"kinetic_drop": {"drop": 0.2}}}
+    told = SimpleNamespace(mu_s=SimpleNamespace(value=mu_s), names=names, model=model, verdict=verdict)
     return cast(Diagnosis, told)
 
 
@@ -82,8 +82,26 @@ def test_a_session_has_its_middle_run_beside_what_was_found(recording: Path) -> 
     assert names[:-1] == ["recorded", "simulated, plain", "simulated with what was found"]
     caption = drawn.findtext("figcaption") or ""
     assert caption.startswith("Run ")
-    assert "simulations are by the planar simulator" in caption
+    assert "Simulations are by the planar simulator" in caption
     assert len(list(without.iter("rect"))) == 2
+
+
+def ways_mm(drawn: ET.Element) -> list[float]:
+    """Returns the length of the way of each block that is drawn, from its first to its last place."""
+    lines = [np.array([place.split(",") for place in one.get("points", "").split()], dtype=float)
+             for one in drawn.iter("polyline")]  # fmt: skip
+    return [float(np.hypot(*(line[-1] - line[0]))) for line in lines]
+
+
+@pytest.mark.parametrize("mu_s", [0.3, 0.45])
+def test_simulated_blocks_slide_from_where_the_recorded_one_did_whatever_the_mean(recording: Path, mu_s: float) -> None:
+    """The recorded tilts end with the slides: with a mean friction above a run's own, its block would hold."""
+    with made_by("station diagnose a.mcap"):
+        drawn = ET.fromstring(run_in_motion(recording, answer("kinetic_drop", mu_s=mu_s)))
+    recorded, *simulated = ways_mm(drawn)
+    assert recorded > 10.0
+    assert simulated == pytest.approx([recorded, recorded], rel=0.2)
+    assert "at the run's own level of friction" in (drawn.findtext("figcaption") or "")
 
 
 def test_what_cannot_be_tested_has_no_drawing(recording: Path) -> None:
