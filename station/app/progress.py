@@ -39,7 +39,7 @@ class ProgressLines:
         left = (
             f"about {duration_text(passed / done * (self._total - done))} left" if done else "time left not known yet"
         )
-        self._console.print(f"{done} of {self._total} {self._what} in {duration_text(passed)}, {left}", soft_wrap=True)
+        self._console.print(f"{done} of {self._total} {self._what} in {passed_text(passed)}, {left}", soft_wrap=True)
 
 
 @contextmanager
@@ -53,7 +53,7 @@ def stages(
     began, stage = seconds(), first
 
     def tell() -> None:
-        console.print(f"{stage}, {duration_text(seconds() - began)} so far", markup=False, soft_wrap=True)
+        console.print(f"{stage}, {passed_text(seconds() - began)} so far", markup=False, soft_wrap=True)
 
     def show(name: str) -> None:
         nonlocal stage
@@ -64,8 +64,14 @@ def stages(
         yield show
 
 
+def passed_text(seconds: float) -> str:
+    """Returns a time that has passed in words, to the second: two lines that said the same would be two stages."""
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes} min {rest} s" if rest and seconds >= MINUTES_FROM_S else duration_text(seconds)
+
+
 def duration_text(seconds: float) -> str:
-    """Returns a duration in words: seconds, or minutes from two of them on."""
+    """Returns a duration in words: seconds, or whole minutes from two of them on."""
     return f"{seconds:.0f} s" if seconds < MINUTES_FROM_S else f"{seconds / 60:.0f} min"
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -28,8 +28,15 @@ _FILES = {"rig.toml", "plan.toml", "calibration.toml"}
 
 
 def write_simulated(
-    reader: RecordingReader, simulated: Signals, out: Path, *, rig: RigConfig, said: Mapping[str, str], model_toml: str
-) -> int:  # fmt: skip
+    reader: RecordingReader,
+    simulated: Signals,
+    out: Path,
+    *,
+    rig: RigConfig,
+    said: Mapping[str, str],
+    model_toml: str,
+    on_message: Callable[[int], None] = lambda _: None,
+) -> int:
     """Writes the recording; gives the number of its messages, without those that the recorder adds for viewers.
 
     Pictures that show anything, log lines and the truth are left out.
@@ -41,6 +48,7 @@ def write_simulated(
         rig: for the block's height.
         said: further metadata: what simulated it.
         model_toml: the model, attached as model.toml; empty: nothing says by which model it was simulated.
+        on_message: is called with the number of recorded messages that are done, after each.
 
     Raises:
         UserError: if `out` exists or cannot be written.
@@ -48,10 +56,11 @@ def write_simulated(
     writer = _SimulatedMessages(simulated, height_m=rig.block.size_m[2])
     with Recording(out, provenance=_provenance(reader, rig, said, model_toml)) as recording:
         count = 0
-        for item in reader.messages():
+        for done, item in enumerate(reader.messages(), 1):
             for topic, message in writer.of(item):
                 recording.write_message(topic, message, receive_ns=item.log_ns)
                 count += 1
+            on_message(done)
     return count
 
 

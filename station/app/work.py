@@ -1,4 +1,4 @@
-"""Long work that is spread over processes: its bar, and results that are whole or not there."""
+"""Long work that is spread over processes, and results that are whole or not there."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from station.app.bars import bar
 from station.pool import spread
 
 Task = TypeVar("Task")
@@ -33,19 +33,6 @@ def work_on(tasks: Sequence[Task], work: Callable[[Task], None], *, jobs: int, t
         except BaseException:
             progress.console.print("Stopped; the same command goes on from here.")
             raise
-
-
-def bar(console: Console) -> Progress:
-    """Returns a bar with the time left."""
-    return Progress(
-        TextColumn("{task.description:<28}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
-        console=console,
-    )
 
 
 def write_json(path: Path, value: Mapping[str, Any]) -> None:

@@ -70,6 +70,11 @@ class RecordingReader(RecordingInfo):
                 info.name, payload=raw.payload, message=message, publish_ns=raw.publish_ns, log_ns=raw.log_ns
             )
 
+    @property
+    def measured_count(self) -> int:
+        """The number of messages that `messages` yields without being asked for the truth, malformed ones included."""
+        return sum(info.count for info in self._wanted(None, truth=False).values())
+
     def leave_out(self, topic: str, offsets: Iterable[int]) -> None:
         """Takes note, by their offsets, of payloads that are no message of their topic; the first of each is told."""
         if self._left_out.add(topic, [self.first_offset + offset for offset in offsets]):

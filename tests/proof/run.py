@@ -11,7 +11,8 @@ from typing import Any
 from rich.console import Console
 
 from shared.rig import load_rig
-from station.app.work import bar, work_on
+from station.app.bars import bar
+from station.app.work import work_on
 from tests.proof.families import Family, recording_of
 from tests.proof.generator import make_tier
 from tests.proof.key import Truth, open_key

@@ -7,14 +7,17 @@ is near its moment: it takes seconds, and no view is written for it alone.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable, Iterator
 from itertools import islice
 from pathlib import Path
+
+from rich.console import Console
 
 from shared.bus_rights import OBSERVER
 from shared.clock import SystemClock
 from shared.config import parse
 from shared.errors import UserError
-from shared.messages import BlockPose, TiltCommand
+from shared.messages import BlockPose, Message, TiltCommand
 from shared.programs import how_to_call
 from shared.rig import RigConfig, load_rig
 from shared.system import desktop
@@ -22,6 +25,7 @@ from shared.system.signals import until_stopped
 from shared.zenoh_bus import ZenohBus
 from station.app import assembly
 from station.app.attached import attached_rig, attached_table
+from station.app.bars import counting
 from station.app.moving import write_moving
 from station.app.pictured import write_picture
 from station.app.processes import paced
@@ -103,9 +107,10 @@ def _show(reader: RecordingReader, args: argparse.Namespace) -> int:
 def _write_view(reader: RecordingReader, args: argparse.Namespace, setup: Setup) -> None:
     """Draws the whole session, and opens it where there is a display."""
     target: Path = args.save or args.file.with_suffix(".rrd")
-    items = ((item.topic, item.message, item.publish_ns) for item in reader.messages())
-    print(f"Drawing {args.file} into {target}", flush=True)  # an hour of a session takes half a minute
-    drawn = write_rrd(items, target, topics=reader.topics, setup=setup, name=args.file.stem)
+    print(f"Drawing {args.file} into {target}", flush=True)
+    console = Console(stderr=True, highlight=False)
+    with counting(console, "drawing", total=reader.measured_count, what="messages drawn") as done:
+        drawn = write_rrd(_told(reader, done), target, topics=reader.topics, setup=setup, name=args.file.stem)
     print(f"{drawn.count} messages of {args.file} drawn into {target}")
     for topic, count in sorted(drawn.refused.items()):
         print(f"{count} messages of {topic} were left out: their numbers make no sense")
@@ -116,6 +121,13 @@ def _write_view(reader: RecordingReader, args: argparse.Namespace, setup: Setup)
     elif args.screenshot is None:
         look = f"{how_to_call('rerun')} {target}"
         print(f"There is no display here. Look with: {look}\nor draw a picture with: --screenshot OUT.png")
+
+
+def _told(reader: RecordingReader, done: Callable[[int], None]) -> Iterator[tuple[str, Message, int]]:
+    """Yields all messages as the view takes them, and tells how many it has drawn."""
+    for number, item in enumerate(reader.messages(), 1):
+        yield item.topic, item.message, item.publish_ns
+        done(number)
 
 
 def setup_for(reader: RecordingReader, *, rig_path: str | None) -> Setup:

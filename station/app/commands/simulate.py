@@ -14,6 +14,7 @@ from pathlib import Path
 from rich.console import Console
 
 from shared.arguments import seed_of
+from station.app.bars import counting
 from station.app.front.simulation import simulate
 from station.app.progress import stages
 from station.simulators.simulator import names
@@ -48,11 +49,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Simulates, writes, and says how far the onsets are apart."""
-    with stages(Console(stderr=True, highlight=False), f"simulating {args.file} with {args.simulator}"):
+    console = Console(stderr=True, highlight=False)
+    with stages(console, f"simulating {args.file} with {args.simulator}"):
         simulated = simulate(
             args.file, args.model, plant=args.plant, simulator=args.simulator, rig=args.rig, seed=args.seed
         )
-    count = simulated.write(args.out)
+    total = simulated.reader.measured_count
+    with counting(console, f"writing {args.out.name}", total=total, what="messages written") as done:
+        count = simulated.write(args.out, on_message=done)
     print("\n".join(simulated.apart))
     print(f"{args.out}: {count} messages, {len(simulated.every_sample)} runs simulated by {args.simulator}")
     print(f"Look at it:  station replay {args.out}")

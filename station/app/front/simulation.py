@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -138,15 +138,17 @@ class Simulated(Recording):
         own = {"run": found.run, "onset_deg": found.onset_deg, "path_mm": found.path_mm, "turn_deg": found.turn_deg}
         return self._table("differences", own)
 
-    def write(self, path: FilePath) -> int:
+    def write(self, path: FilePath, *, on_message: Callable[[int], None] = lambda _: None) -> int:
         """Writes it as a recording (.mcap); gives the number of messages, without those that are added for viewers.
+
+        `on_message` is called with the number of recorded messages that are done, after each.
 
         Raises:
             UserError: if the file exists or cannot be written.
         """
-        out = Path(path)
         return write_simulated(
-            self.reader, self.signals, out, rig=self._rig, said=self._said, model_toml=self._model_toml
+            self.reader, self.signals, Path(path), rig=self._rig, said=self._said, model_toml=self._model_toml,
+            on_message=on_message,
         )  # fmt: skip
 
     def _shown(self) -> Sequence[RenderableType]:

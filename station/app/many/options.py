@@ -10,15 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.progress import Progress
 
 from shared.errors import UserError
+from station.app.bars import bar
 from station.app.many.each import Kept, Row, Work, each
 from station.app.many.index import write_index
 from station.app.many.named import Chosen, chosen, size_bytes
 from station.app.many.shown import Shown, show
 from station.app.progress import ProgressLines
-from station.app.work import bar
 from station.cluster import cluster
 
 _WORTH_A_PROCESS_BYTES = 400_000_000
@@ -104,7 +103,7 @@ def _each(found: Chosen, command: Command, options: argparse.Namespace, kept: Ke
     """Adds the rows as they come, with a bar on a terminal and a line now and then in a log."""
     console = Console(stderr=True, highlight=False)
     lines = ProgressLines(console, total=len(found.names), what="recordings")
-    with _bar(console) as progress:
+    with bar(console, in_a_log=False) as progress:
         shown = progress.add_task(command.name, total=len(found.names))
 
         def take(row: Row) -> None:
@@ -113,13 +112,6 @@ def _each(found: Chosen, command: Command, options: argparse.Namespace, kept: Ke
             lines.at(len(rows))
 
         each(found.names, command.work, kept=kept, jobs=_jobs(found, command, options), as_it_comes=take)
-
-
-def _bar(console: Console) -> Progress:
-    """Returns a bar for a terminal; in a log it would be a line that says nothing."""
-    found = bar(console)
-    found.disable = not console.is_terminal
-    return found
 
 
 def _say_stopped(rows: list[Row], found: Chosen, out: Path | None) -> None:

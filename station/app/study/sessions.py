@@ -16,16 +16,15 @@ from rich.console import Console
 from shared.clock import SIMULATION_EPOCH_NS
 from shared.errors import UserError
 from station.app import recordings
+from station.app.bars import LOOK_S, bar
 from station.app.lockstep import Lockstep
 from station.app.progress import ProgressLines, looked_at
 from station.app.study.design import Part, place_of, plan_of
 from station.app.study.essentials import LEFT_OUT, Essentials
 from station.app.study.rigs import rig_of
-from station.app.work import bar
 from station.pool import spread
 from station.recording.reader import open_recording
 
-LOOK_S = 0.5
 FLUSH_S = 10.0
 """Simulated: what a killed session loses does not matter here, it is done anew."""
 

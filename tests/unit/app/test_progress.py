@@ -8,7 +8,7 @@ import time
 
 from rich.console import Console
 
-from station.app.progress import EVERY_S, ProgressLines, looked_at, stages
+from station.app.progress import EVERY_S, ProgressLines, looked_at, passed_text, stages
 
 
 def test_without_a_terminal_a_line_now_and_then_says_how_long_it_takes() -> None:
@@ -57,6 +57,13 @@ def await_line(out: io.StringIO, line: str) -> None:
 
 def no_thread_is_left() -> bool:
     return not any(thread.name == "progress" for thread in threading.enumerate())
+
+
+def test_two_lines_of_one_stage_tell_two_times() -> None:
+    """A stage that takes some minutes was told in whole ones: line after line was the same."""
+    assert [passed_text(seconds) for seconds in (7.2, 119.4, 120.0, 129.6, 3601.0)] == [
+        "7 s", "119 s", "2 min", "2 min 10 s", "60 min 1 s",
+    ]  # fmt: skip
 
 
 def test_one_looks_on_while_others_work_and_at_the_end() -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from shared.messages import Sample
 from station.__main__ import main
+from station.app import progress
 from station.app.attached import attached_rig
 from station.app.onset_differences import difference
 from station.app.simulated_recording import write_simulated
@@ -41,6 +42,16 @@ def test_the_same_session_comes_out(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert all(sample.onset_angle_rad == pytest.approx(np.arctan(0.3464), abs=2e-3) for sample in own.samples)
     printed = capsys.readouterr().out
     assert "Onsets of 3 runs: mean difference" in printed
+
+
+def test_a_long_writing_tells_how_far_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The recording holds the simulation's truth, too, which is not written again."""
+    monkeypatch.setattr(progress, "EVERY_S", 0.0)
+    simulated(tmp_path)
+    measured = sum(1 for _ in open_recording(GOLDEN).messages())
+    assert f"{measured} of {measured} messages written in " in capsys.readouterr().err
 
 
 def test_it_says_where_it_comes_from(tmp_path: Path) -> None:

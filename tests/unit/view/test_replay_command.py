@@ -11,7 +11,7 @@ from PIL import Image
 from shared import messages as m
 from shared.errors import UserError
 from shared.system import desktop
-from station.app import pictured
+from station.app import pictured, progress
 from station.app.commands import replay
 from station.recording.provenance import Provenance
 from station.recording.reader import open_recording
@@ -57,6 +57,16 @@ def test_the_view_is_written_beside_the_recording_with_its_layout(
     rerun("rrd", "verify", view)
     assert has_blueprint(view)
     assert f"rerun {view}" in capsys.readouterr().out
+
+
+def test_a_long_drawing_tells_how_far_it_is(
+    recording: Path, without_display: None, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(progress, "EVERY_S", 0.0)
+    assert request(recording) == 0
+    printed = capsys.readouterr()
+    drawn = printed.out.splitlines()[1].partition(" ")[0]
+    assert f"{drawn} of {drawn} messages drawn in " in printed.err
 
 
 def test_a_display_gets_the_viewer_unless_it_is_not_wanted(
