@@ -10,8 +10,9 @@ from typing import Literal
 
 from shared.config import Table, load_table, parse
 from shared.errors import UserError
-from shared.likely import MarkSize, sides_meant, unlikely, unlikely_view
+from shared.likely import sides_meant
 from shared.likely_lengths import unlikely_lengths
+from shared.likely_sizes import MarkSize, unlikely, unlikely_view
 from shared.notify import NAME as NOTIFY
 from shared.notify import NotifyConfig, without_notify
 from shared.possible import LARGEST, LEAST
@@ -195,6 +196,7 @@ def _slips(rig: RigConfig) -> Iterator[str]:
         plate_m=rig.plate.side_m,
         opening_m=rig.plate.opening_m,
         mark=MarkSize((rig.mark.side_mm, rig.mark.side_mm * rig.mark.aspect), rig.mark.margin),
+        is_round=not rig.plate.opening_outline_m,
     )
     yield from unlikely_view(
         px_per_mm=rig.camera.px_per_mm,

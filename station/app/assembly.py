@@ -141,6 +141,7 @@ def twin_world(rig: RigConfig, *, seed: int, start_ns: int, stage: TiltStage | N
     length, width, height = rig.block.size_m
     if not length == width == height:
         raise UserError(f"Expected a cube as size_m in [block] for the twin, got {rig.block.size_m}; give equal sides")
+    _require_room(rig)
     stage = stage or Tilter.from_settings(arm_settings(rig)).stage
     return TwinWorld(
         stage.model,
@@ -156,3 +157,16 @@ def twin_world(rig: RigConfig, *, seed: int, start_ns: int, stage: TiltStage | N
         start_ns=start_ns,
         world_from_base=stage.world_from_base,
     )
+
+
+def _require_room(rig: RigConfig) -> None:
+    """Refuses an opening of some outline in which the block cannot lie at the plate's middle, where the twin lays it.
+
+    A round one was compared with the block as the rig file was read.
+    """
+    half_m, middle = np.array([rig.block.size_m[0] / 2]), (np.zeros(1), np.zeros(1), np.zeros(1))
+    if specimen(rig).opening.room_m(half_m, middle)[0] < 0.0:
+        raise UserError(
+            f"Expected a block that lies at the plate's middle within the foam's opening for the twin, got [block] "
+            f"size_m = {list(rig.block.size_m)}; give a smaller one, or another opening in [plate]"
+        )

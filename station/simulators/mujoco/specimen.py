@@ -59,7 +59,7 @@ class Plate:
         """Refuses, by a ValueError, numbers that no plate can have."""
         _positive(self, "side_m", "thickness_m", "mass_kg", "cutout_radius_m", "foam_height_m", "foam_stiffness_n_m")
         _positive(self, "foam_damping", "foam_mu", "camera_height_m", "camera_mass_kg")
-        if self.cutout_radius_m > self.side_m / 2:
+        if not self.cutout_outline_m and self.cutout_radius_m > self.side_m / 2:
             raise ValueError(f"the cutout ({self.cutout_radius_m} m) is wider than the plate ({self.side_m} m)")
 
     @property

@@ -42,6 +42,24 @@ def test_a_block_that_is_no_cube_is_refused_by_the_twin_in_a_sentence():
         assembly.twin_world(rig, seed=1, start_ns=0)
 
 
+@pytest.mark.parametrize("aside_m", [0.0, 0.02])
+def test_a_block_without_room_at_the_plates_middle_is_refused_by_the_twin_in_a_sentence(aside_m: float):
+    """An opening that is not round is compared with the block only by the twin, which lays it at the middle."""
+    rig = assembly.rig_from(None)
+    corners = ((aside_m - 0.004, 0.02), (aside_m - 0.004, -0.02), (aside_m + 0.004, -0.02), (aside_m + 0.004, 0.02))
+    rig = dataclasses.replace(rig, plate=dataclasses.replace(rig.plate, opening_outline_m=corners))
+    with pytest.raises(UserError, match=r"Expected a block that lies at the plate's middle .*\[0.01, 0.01, 0.01\]"):
+        assembly.twin_world(rig, seed=1, start_ns=0)
+
+
+def test_an_opening_with_an_outline_has_no_diameter():
+    """Its `opening_m`, 0.09 if nobody says another, was refused on plates of less."""
+    rig = assembly.rig_from(None)
+    outline = ((0.02, 0.02), (-0.02, 0.02), (-0.02, -0.02), (0.02, -0.02))
+    small = dataclasses.replace(rig, plate=dataclasses.replace(rig.plate, side_m=0.05, opening_outline_m=outline))
+    assert assembly.twin_world(small, seed=1, start_ns=0).block_present
+
+
 def test_every_azimuth_has_a_reach_within_the_ceiling_and_the_four_directions_have_theirs():
     rig = assembly.rig_from(None)
     reach = assembly.reach_of(rig)

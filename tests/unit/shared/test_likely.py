@@ -56,6 +56,19 @@ def written(folder: Path, **changed: object) -> Path:
         ({"size_m": [1, 1, 1]}, "mass_kg = 0.00785 and its size_m; did you mean size_m = [0.01, 0.01, 0.01]?"),
         ({"size_m": [0.9, 0.9, 0.4], "mass_kg": 0.0026}, "; did you mean size_m = [0.009, 0.009, 0.004]?"),
         ({"mass_kg": 0.00001}, "got 10 kg/m³"),
+        ({"size_m": [0.01, 0.01, 0.0001]}, "[block] size_m of 0.001 to 1 m, got 0.0001; did you mean 0.01?"),
+        (
+            {"size_m": [0.1, 0.1, 0.1], "mass_kg": 7.85},
+            "a block that lies within the foam's opening of 0.09 m, got 0.141 m from corner to corner by [block] "
+            "size_m = [0.1, 0.1, 0.1]; did you mean size_m = [0.01, 0.01, 0.01]?",
+        ),
+        ({"size_m": [1, 1, 1], "mass_kg": 7850.0}, "size_m = [1, 1, 1]; did you mean size_m = [0.01, 0.01, 0.01]?"),
+        ({"opening_m": 0.01}, "opening of 0.01 m, got 0.0141 m from corner to corner"),
+        ({"opening_m": 0.01}, "size_m = [0.01, 0.01, 0.01]; did you mean opening_m = 0.1?"),
+        ({"opening_m": 0.9}, "opening_m of at most the plate's side_m = 0.1 m, got 0.9; did you mean 0.09?"),
+        ({"opening_m": 0.009}, "[plate] opening_m of 0.01 to 3 m, got 0.009; did you mean 0.09?"),
+        ({"plate_m": 0.01}, "plate's side_m = 0.01 m, got 0.09; did you mean side_m = 0.1?"),
+        ({"side_mm": 75.0}, "fits on its block of 10 mm × 10 mm, got [mark] side_mm = 75; did you mean 7.5?"),
         ({"side_mm": 0.0075}, "[mark] side_mm of 1 to 10 mm, got 0.0075; did you mean 7.5?"),
         ({"side_mm": 7500.0}, "fits on its block of 10 mm × 10 mm, got [mark] side_mm = 7500; did you mean 7.5?"),
         ({"side_mm": 8.0, "aspect": 1.5}, "a mark that fits on its block"),
@@ -85,7 +98,9 @@ def test_a_slip_is_named_with_what_was_meant(changed: dict[str, object], said: s
     "right",
     [
         {},
-        {"size_m": [0.1, 0.1, 0.1], "mass_kg": 0.37, "side_mm": 80.0},  # the cube of the tosses
+        {"size_m": [0.1, 0.1, 0.1], "mass_kg": 0.37, "side_mm": 80.0, "plate_m": 2.0, "opening_m": 2.0},  # tosses
+        {"size_m": [0.0636, 0.0636, 0.01], "mass_kg": 0.3},  # its corners just lie within the opening
+        {"plate_m": 0.09},
         {"size_m": [0.03, 0.01, 0.005], "mass_kg": 0.0016, "side_mm": 9.0, "aspect": 3.0},
         {"size_m": [0.01, 0.01, 0.01], "mass_kg": 0.02259},  # osmium
         {"side_mm": 10.05},
