@@ -77,7 +77,7 @@ def _interval(estimate: Estimate | None, *, degrees: bool) -> str:
         return "-"
     if degrees:
         low, value, high = (math.degrees(x) for x in (estimate.low, estimate.value, estimate.high))
-        return f"{value:+.3f} [{low:+.3f}, {high:+.3f}]"
+        return f"{value:+z.3f} [{low:+z.3f}, {high:+z.3f}]"
     return f"{estimate.value:.4f} [{estimate.low:.4f}, {estimate.high:.4f}]"
 
 

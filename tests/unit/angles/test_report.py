@@ -44,6 +44,14 @@ def test_the_fits_are_printed_with_their_intervals(comparison: Comparison) -> No
     assert "1.0000 [1.0000, 1.0000]" in mocap
 
 
+def test_nothing_has_no_sign() -> None:
+    """The last digit of a sum of equal angles is a matter of rounding."""
+    same = compare([stop(angle, {"imu": [angle - 1e-9] * 2}, index=i) for i, angle in enumerate((0, 1, 2))], readings=2)
+    imu = next(line for line in text_of(same).splitlines()[6:] if line.startswith("imu"))
+    assert "+0.000 [+0.000, +0.000]" in imu
+    assert "-0.000" not in text_of(same)
+
+
 def test_the_csv_files_hold_the_same_numbers(comparison: Comparison) -> None:
     pairs = list(csv.DictReader(io.StringIO(table_csv(comparison))))
     assert len(pairs) == 3
