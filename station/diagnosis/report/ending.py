@@ -15,7 +15,8 @@ from station.pages.caption import command
 def next_step(diagnosis: Diagnosis) -> str:
     """Returns the next experiment as a plan that `station run --plan` takes, and the model as a file."""
     plan = diagnosis.next_experiment
-    parts = [pieces.paragraph(line) for line in next_lines(diagnosis)]
+    first, *commands = next_lines(diagnosis)
+    parts = [pieces.paragraph(first), *(f"<p><code>{escape(one.strip())}</code></p>" for one in commands)]
     if plan is not None and plan.plan:
         parts.append(f"<pre>{escape(plan.plan)}</pre>")
     settled = set[str]() if plan is None else {name for group in plan.separates for name in group}

@@ -23,7 +23,7 @@ from station.diagnosis.report.heat_map import heat_map
 from station.diagnosis.report.page import html_page
 from station.diagnosis.report.picture_data import ChannelPicture, PictureData, Spot
 from station.diagnosis.report.plate_map import plate_map
-from station.diagnosis.report.sentences import sentence
+from station.diagnosis.report.sentences import next_lines, sentence
 from station.diagnosis.report.summary import summary
 from station.diagnosis.report.what import what
 from station.diagnosis.result import Acting, Diagnosis, Located, Stretch, Value, rounded
@@ -77,6 +77,13 @@ def test_it_says_what_was_found_what_is_doubtful_and_what_to_do() -> None:
     assert " ".join(found.diagnosis.next_experiment.plan.split()) in page.text
     assert "seed 7" in page.text
     assert "recorded − predicted (°)" in page.text  # figures keep their words
+
+
+def test_the_command_of_the_next_experiment_is_set_as_one() -> None:
+    html_text = unescape(html_page(grained().diagnosis, grained().pictures))
+    command = next_lines(grained().diagnosis)[1].strip()
+    assert command.startswith("station diagnose ")
+    assert f"<code>{command}</code>" in html_text
 
 
 def test_what_has_no_name_is_told_by_what_it_goes_with() -> None:
