@@ -57,7 +57,7 @@ def moving_figure(
     )
     svg = (
         f'<svg role="img" aria-label="{escape(caption.shows)}" viewBox="{box}" width="420" height="420" '
-        f'font-family="sans-serif">{"".join(drawn)}{names}{_scale(middle, reach)}</svg>'
+        f'style="max-width:100%" font-family="sans-serif">{"".join(drawn)}{names}{_scale(middle, reach)}</svg>'
     )
     return figure(svg, caption)
 

@@ -32,7 +32,8 @@ th { border-bottom: 1px solid var(--rule); white-space: nowrap; } td { border-bo
 .note, figcaption, footer { color: var(--faint); font-size: .85rem; max-width: 50rem; }
 li.finding { color: var(--bad); }
 figure { margin: 1.5rem 0; overflow-x: auto; }
-figure img, figure svg { max-width: 100%; height: auto; background: #fff; color: #000; border-radius: 4px; }
+/* On a phone a drawing scrolls within its own box: at the page's width its letters would have three pixels. */
+figure img, figure svg { max-width: max(100%, 48rem); height: auto; background: #fff; color: #000; border-radius: 4px; }
 @media screen and (prefers-color-scheme: dark) {
 /* White becomes the paper (1 - .91) and black the ink, while colours keep their hues. */
 figure img, figure svg { filter: invert(.91) hue-rotate(180deg); }
@@ -44,7 +45,7 @@ $style
 html { font-size: 11px; } body { margin: 0; max-width: none; font-size: 11px; } nav { display: none; }
 th, td { white-space: normal !important; padding: .15rem .4rem; }
 section { break-inside: auto; } h2 { break-after: avoid; } figure, table, tr { break-inside: avoid; }
-.wide { overflow: visible; }
+.wide { overflow: visible; } figure img, figure svg { max-width: 100%; }
 }
 </style>
 </head>

@@ -29,6 +29,10 @@ CUT = """[...document.querySelectorAll(".wide")].filter(one => one.scrollWidth >
 .map(one => one.querySelector("caption").innerText)"""
 """The captions of the tables that are wider than the page."""
 
+LETTERS = """[...document.querySelectorAll("figure svg text")].map(one => one.getBoundingClientRect())
+.map(box => Math.min(box.width, box.height)).filter(height => height > 0)"""
+"""The heights of the lines of text in the drawings, px."""
+
 QUALITIES = ("onset_rmse_deg", "onset_median_deg", "path_rmse_mm", "path_median_mm", "turn_rmse_deg", "turn_median_deg")
 
 DRAWING = (
@@ -44,6 +48,18 @@ def test_a_long_command_does_not_make_the_page_wider(tmp_path: Path) -> None:
         page.size(390, 844, phone=True)
         page.open(report.as_uri())
         assert LONG in page.text("figcaption code")
+        assert page.of("document.documentElement.scrollWidth") <= 390
+
+
+def test_a_drawing_keeps_its_letters_on_a_phone_and_scrolls_in_its_own_box(tmp_path: Path) -> None:
+    found, report = grained(), tmp_path / "report.html"
+    report.write_text(html_page(found.diagnosis, found.pictures), encoding="utf-8")
+    with chromium.browser(tmp_path / "profile") as page:
+        page.size(390, 844, phone=True)
+        page.open(report.as_uri())
+        heights = page.of(LETTERS)
+        assert len(heights) > 50
+        assert np.median(heights) >= 7.0, "px; nobody reads smaller letters"
         assert page.of("document.documentElement.scrollWidth") <= 390
 
 
