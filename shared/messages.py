@@ -543,8 +543,10 @@ class SessionStatus(Message):
     started_ns: int = 0
 
     def impossible(self) -> str:
-        """Names limits of a slip that cannot be measured."""
-        return measurable("slip_base_px and slip_per_deg_px", (self.slip_base_px, self.slip_per_deg_px))
+        """Names limits of a slip that cannot be measured, and a number of samples that no plan has."""
+        return measurable("slip_base_px and slip_per_deg_px", (self.slip_base_px, self.slip_per_deg_px)) or measurable(
+            "total", (self.total,)
+        )
 
 
 SESSION_ACTIONS = ("pause", "resume", "stop")

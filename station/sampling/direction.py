@@ -75,5 +75,6 @@ def choose(
     usable = np.where(np.minimum(distances, ways) >= plan.min_slide_px, distances, 0.0)
     if not usable.any():
         usable = np.where(ways >= ways.max(), np.maximum(distances, 1e-6), 0.0)
-    weights = usable**plan.distance_power * (usable > 0)
+    # Shares of the farthest way: the power of a distance in pixels may be infinite.
+    weights = (usable / usable.max()) ** plan.distance_power * (usable > 0)
     return options[int(rng.choice(len(options), p=weights / weights.sum()))]

@@ -61,6 +61,7 @@ IMPOSSIBLE: tuple[Message, ...] = (
     Environment(temperature_c=float("inf")),
     AgentStatus(rate_hz=1e300),
     SessionStatus(slip_base_px=float("nan")),
+    SessionStatus(total=2**40),
     TwinScene(px=1e300),
     Sample(onset_angle_rad=1e300),
     Sample(euler_rad=(0.0, 0.0, float("inf"))),

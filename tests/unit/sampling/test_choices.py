@@ -56,6 +56,13 @@ def test_a_direction_without_room_is_left_out_while_there_are_others():
     assert chosen == {0, 2, 3}
 
 
+@pytest.mark.parametrize("power", [100.0, 1e6, 1e9])
+def test_a_high_power_always_takes_the_farthest_way(power: float):
+    rng, plan = np.random.default_rng(0), DirectionPlan(distance_power=power)
+    chosen = {choose(plan, centre_px=(450.0, 299.5), size_px=SIZE, rng=rng).number for _ in range(100)}
+    assert chosen == {3}
+
+
 def test_a_free_azimuth_covers_the_circle():
     rng, plan = np.random.default_rng(0), DirectionPlan(mode="free")
     chosen = [choose(plan, centre_px=(299.5, 299.5), size_px=SIZE, rng=rng) for _ in range(2000)]
