@@ -15,7 +15,7 @@ from typing import Any
 from shared.bus_rights import ROLES, access_control
 from shared.config import load_table
 from shared.errors import UserError
-from shared.system.files import open_to_others
+from shared.system.files import open_to_others, writable_by_others
 
 VARIABLE = "REPOSE_KEYS"
 FILES = ("ca", "cert", "key")
@@ -28,7 +28,8 @@ def tls_settings(
     """Returns Zenoh's settings for these endpoints and this process of the rig; empty when none of them is encrypted.
 
     Raises:
-        UserError: if one is and the keys are missing, or others than their owner may read the private one.
+        UserError: if one is and the keys are missing, or others than their owner may read the private one, or write
+            to any of them.
     """
     folder = keys_in_use(endpoints, process=process, environment=environment)
     if folder is None:
@@ -36,6 +37,7 @@ def tls_settings(
     files = {name: _readable(folder / f"{name}.pem") for name in FILES}
     if open_to_others(files["key"]):
         raise UserError(f"Expected a private key that its owner alone can read, got {files['key']}: chmod 600 it")
+    require_own(given_keys(environment), folder, *files.values())
     own = {
         f"{end}_{kind}": str(files[name])
         for end in ("listen", "connect")
@@ -51,7 +53,12 @@ def keys_in_use(
     """Returns the folder of the keys with which a process speaks on these endpoints; None if none is encrypted."""
     if not any(endpoint.startswith(("tls/", "quic/")) for endpoint in endpoints):
         return None
-    return own_keys(Path(environment.get(VARIABLE, "") or "keys").resolve(), process)
+    return own_keys(given_keys(environment), process)
+
+
+def given_keys(environment: Mapping[str, str] = os.environ) -> Path:
+    """Returns the folder of keys that REPOSE_KEYS names."""
+    return Path(environment.get(VARIABLE, "") or "keys").resolve()
 
 
 def own_keys(folder: Path, process: str) -> Path:
@@ -60,6 +67,17 @@ def own_keys(folder: Path, process: str) -> Path:
     It is `folder` itself where that holds the keys of one process.
     """
     return folder / process if process and (folder / process).is_dir() else folder
+
+
+def require_own(*paths: Path) -> None:
+    """Refuses keys, or folders of keys, that others may write to: who changes rights.toml has any role of the rig.
+
+    Raises:
+        UserError: if others than its owner may write to one of them.
+    """
+    for path in paths:
+        if writable_by_others(path):
+            raise UserError(f"Expected keys that their owner alone can write to, got {path}: chmod go-w it")
 
 
 def _readable(file: Path) -> Path:
@@ -81,8 +99,9 @@ def members_in(file: Path, rig_id: str) -> dict[str, list[str]]:
     """Returns whose certificates count as which process's, by role, from rights.toml.
 
     Raises:
-        UserError: if the file is of another rig, or says something else.
+        UserError: if the file is of another rig, says something else, or others than its owner may write to it.
     """
+    require_own(file.parent, file)
     table = load_table(file).values
     members = table.get("members")
     lists = isinstance(members, dict) and all(isinstance(names, list) for names in members.values())

@@ -89,3 +89,11 @@ def open_to_others(path: Path) -> bool:
     Windows says so by other means, which are not asked.
     """
     return sys.platform != "win32" and bool(path.stat().st_mode & 0o077)
+
+
+def writable_by_others(path: Path) -> bool:
+    """Returns true if others than its owner may write to a file, or put files into a folder and take them away.
+
+    Windows says so by other means, which are not asked.
+    """
+    return sys.platform != "win32" and bool(path.stat().st_mode & 0o022)

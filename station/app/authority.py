@@ -33,6 +33,9 @@ AUTHORITY = "authority"
 VALID_DAYS = 3650
 """Ten years: a rig is revoked by hand, not by a date that passes in the middle of a session."""
 
+_SECRET, _SHOWN = 0o600, 0o644
+"""The modes of a private key, and of what others may read and nobody but the owner may write, whatever the umask is."""
+
 Names = Mapping[str, list[str]]
 
 
@@ -56,8 +59,8 @@ def new_authority(rig: RigConfig, folder: Path) -> None:
         .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
         .sign(key, hashes.SHA256())
     )
-    _write_secret(folder / AUTHORITY / "ca.key", _pem(key))
-    (folder / AUTHORITY / "ca.pem").write_bytes(certificate.public_bytes(serialization.Encoding.PEM))
+    _write(folder / AUTHORITY / "ca.key", _pem(key), mode=_SECRET)
+    _write(folder / AUTHORITY / "ca.pem", certificate.public_bytes(serialization.Encoding.PEM))
     for role in ROLES:
         issue(rig, folder, role, f"{role}.1")
     _write_rights(rig, folder, {role: [f"{role}.1"] for role in ROLES})
@@ -97,9 +100,9 @@ def issue(rig: RigConfig, folder: Path, role: str, common_name: str) -> None:
     )
     own = folder / role
     own.mkdir(mode=0o700)
-    _write_secret(own / "key.pem", _pem(key))
-    (own / "cert.pem").write_bytes(certificate.public_bytes(serialization.Encoding.PEM))
-    shutil.copy(folder / AUTHORITY / "ca.pem", own / "ca.pem")
+    _write(own / "key.pem", _pem(key), mode=_SECRET)
+    _write(own / "cert.pem", certificate.public_bytes(serialization.Encoding.PEM))
+    _write(own / "ca.pem", ca.public_bytes(serialization.Encoding.PEM))
 
 
 def _hosts(endpoints: Iterable[str]) -> Iterable[x509.GeneralName]:
@@ -115,7 +118,8 @@ def _hosts(endpoints: Iterable[str]) -> Iterable[x509.GeneralName]:
 def _write_rights(rig: RigConfig, folder: Path, members: Names) -> None:
     text = tomli_w.dumps({"rig": rig.id, "members": {role: list(names) for role, names in members.items()}})
     for role in ROLES:
-        (folder / role / RIGHTS).write_text(text, encoding="utf-8")
+        (folder / role / RIGHTS).unlink(missing_ok=True)
+        _write(folder / role / RIGHTS, text.encode())
 
 
 def _name(common_name: str) -> x509.Name:
@@ -141,7 +145,7 @@ def _pem(key: ec.EllipticCurvePrivateKey) -> bytes:
     )
 
 
-def _write_secret(path: Path, content: bytes) -> None:
-    """Writes a file that is its owner's alone from its first byte on."""
-    with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
+def _write(path: Path, content: bytes, *, mode: int = _SHOWN) -> None:
+    """Writes a new file that has its mode from its first byte on."""
+    with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode), "wb") as file:
         file.write(content)

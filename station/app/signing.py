@@ -20,7 +20,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
 
-from shared.bus_keys import RIGHTS, own_keys
+from shared.bus_keys import RIGHTS, own_keys, require_own
 from shared.config import load_table
 from shared.errors import UserError
 from station.app.private_key import private_key
@@ -67,7 +67,8 @@ def signature_of(recording: Path, *, sha256: str, keys: Path | None) -> Signatur
     known to hold, but not whose it is.
 
     Raises:
-        UserError: if the file beside the recording is no signature, or the keys cannot be read.
+        UserError: if the file beside the recording is no signature, or the keys cannot be read, or others than their
+            owner may write to them.
     """
     signed, certificate, signature = _parsed(signature_path(recording))
     name = _common_name(certificate)
@@ -96,6 +97,7 @@ def _stranger(certificate: x509.Certificate, name: str, keys: Path, *, signed_ns
     """
     folder = own_keys(keys, SIGNER)
     authority = _certificate_in(folder / "ca.pem")
+    require_own(keys, folder, folder / "ca.pem")
     try:
         certificate.verify_directly_issued_by(authority)
     except (ValueError, TypeError, InvalidSignature, UnsupportedAlgorithm):
@@ -105,6 +107,7 @@ def _stranger(certificate: x509.Certificate, name: str, keys: Path, *, signed_ns
         return "its certificate was not valid when it was signed"
     if not (folder / RIGHTS).exists():
         return ""
+    require_own(folder / RIGHTS)
     members = load_table(folder / RIGHTS).values.get("members")
     named = members.get(SIGNER, ()) if isinstance(members, dict) else ()
     return "" if isinstance(named, list) and name in named else f"{name} is not, or no longer, the {SIGNER} of the rig"

@@ -261,8 +261,8 @@ def test_keys_reach_the_target_and_only_the_agent_may_read_them(good: Bench, tmp
     assert text not in done.stdout + done.stderr
     key = good.home / "current/keys/key.pem"
     assert key.read_text() == text
-    assert key.stat().st_mode & 0o777 == 0o640
-    assert key.parent.stat().st_mode & 0o777 == 0o750
+    assert key.stat().st_mode & 0o777 == 0o600
+    assert key.parent.stat().st_mode & 0o777 == 0o700
 
 
 def test_uninstalling_leaves_nothing(installed: Bench):

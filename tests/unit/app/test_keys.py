@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 from pathlib import Path
@@ -69,6 +70,40 @@ def test_an_authority_that_others_reach_gives_no_keys_and_takes_none(
     said = " ".join(capsys.readouterr().err.split())
     assert re.search(r"Expected a private key that its owner alone can read, got .*ca\.key: chmod 600 it", said)
     assert (folder / "twin" / "key.pem").read_bytes() == before
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no modes")
+@pytest.mark.parametrize("mode", [0o666, 0o620, 0o602])
+@pytest.mark.parametrize("name", ["rights.toml", "ca.pem", "cert.pem"])
+def test_keys_that_others_may_write_to_are_refused(folder: Path, name: str, mode: int) -> None:
+    """A writer of rights.toml has any role, and one of ca.pem says whose certificates count."""
+    (folder / "arm" / name).chmod(mode)
+    with pytest.raises(UserError, match=f"owner alone can write to, got .*{re.escape(name)}: chmod go-w it"):
+        tls_settings(["tls/a:1"], rig_id="lab", process="arm", environment={"REPOSE_KEYS": str(folder)})
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no modes")
+@pytest.mark.parametrize("mode", [0o777, 0o730, 0o703])
+@pytest.mark.parametrize("name", [".", "arm"])
+def test_a_folder_of_keys_that_others_may_write_to_is_refused(folder: Path, name: str, mode: int) -> None:
+    """A writer of a folder puts other files there, and other folders."""
+    (folder / name).chmod(mode)
+    with pytest.raises(UserError, match=r"owner alone can write to, got .*: chmod go-w it"):
+        tls_settings(["tls/a:1"], rig_id="lab", process="arm", environment={"REPOSE_KEYS": str(folder)})
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no modes")
+def test_keys_are_their_owners_to_write_whatever_the_umask(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("rig.toml").write_text(RIG, encoding="utf-8")
+    before = os.umask(0)
+    try:
+        assert main(["keys", "new", "--rig", "rig.toml"]) == 0
+        assert main(["keys", "revoke", "arm", "--rig", "rig.toml"]) == 0
+    finally:
+        os.umask(before)
+    assert {path.stat().st_mode & 0o022 for path in [Path("keys"), *Path("keys").rglob("*")]} == {0}
+    assert tls_settings(["tls/a:1"], rig_id="lab", process="arm", environment={"REPOSE_KEYS": "keys"})
 
 
 def test_the_rights_go_with_the_keys(folder: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import sys
 from pathlib import Path
 
 import pytest
@@ -124,6 +125,15 @@ def test_a_key_that_others_can_read_signs_nothing(capsys: pytest.CaptureFixture[
     Path("keys/station/key.pem").chmod(0o644)
     assert main(["keys", "sign", "session.mcap", "--keys", "keys"]) == 2
     assert "its owner alone can read" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("here")
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no modes")
+@pytest.mark.parametrize("name", ["rights.toml", "ca.pem", "."])
+def test_keys_that_others_may_write_to_tell_nothing(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    (Path("keys/station") / name).chmod(0o777)
+    assert main(["verify", "session.mcap", "--keys", "keys"]) == 2
+    assert "owner alone can write to" in " ".join(capsys.readouterr().err.split())
 
 
 def test_a_live_session_signs_where_the_environment_names_keys(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:

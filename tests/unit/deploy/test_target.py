@@ -5,14 +5,16 @@ from __future__ import annotations
 import fcntl
 import json
 import os
+import pwd
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from shared.bus_keys import tls_settings
 from station.app.deploy.bundle import tool_archive
-from station.app.deploy.target import clock, main
+from station.app.deploy.target import account, clock, main
 from station.app.deploy.target.paths import TargetPaths, point
 
 
@@ -48,6 +50,17 @@ def test_calibrations_survive_an_uninstallation_unless_they_are_purged(
     assert made.exists()
     answer(capsys, "uninstall", "--root", str(tmp_path), "--purge")
     assert not made.parent.exists()
+
+
+def test_keys_on_the_target_are_keys_that_the_agent_takes(tmp_path: Path):
+    """They were readable by the agent's group, and no process takes a private key that others can read."""
+    keys = tmp_path / "release" / "keys"
+    keys.mkdir(parents=True)
+    for name in ("ca.pem", "cert.pem", "key.pem"):
+        (keys / name).touch(0o664)
+    (keys / "rights.toml").write_text('rig = "lab"\nmembers.camera = ["camera.1"]\n')
+    account.give_to_root(tmp_path / "release", account=pwd.getpwuid(os.geteuid()).pw_name)
+    assert tls_settings(["tls/a:1"], rig_id="lab", process="camera", environment={"REPOSE_KEYS": str(keys)})
 
 
 def test_chrony_is_told_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

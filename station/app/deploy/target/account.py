@@ -40,14 +40,14 @@ def remove_account() -> None:
 
 
 def give_to_root(folder: Path, *, account: str) -> None:
-    """Makes a tree root's own, readable by all; what lies under `keys` only by the agent."""
+    """Makes a tree root's own, readable by all; what lies under `keys` is the agent's, which takes no key of others."""
     for path in [folder, *folder.rglob("*")]:
         secret = "keys" in path.relative_to(folder).parts
         if os.geteuid() == 0:
-            shutil.chown(path, "root", identity_of(account).group if secret else "root")
+            shutil.chown(path, account if secret else "root", identity_of(account).group if secret else "root")
         if not path.is_symlink():
             runs = path.is_dir() or bool(path.stat().st_mode & 0o100)
-            path.chmod((0o750 if runs else 0o640) if secret else (0o755 if runs else 0o644))
+            path.chmod((0o700 if runs else 0o600) if secret else (0o755 if runs else 0o644))
 
 
 @dataclass(frozen=True)
