@@ -25,6 +25,7 @@ from station.friction.pairs import Session, pairs_of
 from station.friction.results import analyse, with_limit_curves
 from station.pages import figure
 from station.pages.caption import Caption, command_line, made_by
+from tests.legible import illegible
 from tests.proof.__main__ import options_of
 from tests.proof.page import html_page as proof_page
 from tests.proof.pictures import draw_all
@@ -157,6 +158,14 @@ def test_each_drawing_is_kept_as_svg_and_pdf_with_its_caption_inside(report: Rep
             text = unescape(path.read_text(encoding="utf-8"))
             assert f"n = {caption.count}" in text
             assert "Made by: " in text
+
+
+def test_no_text_of_a_drawing_is_cut_or_lies_over_another(report: Report) -> None:
+    drawings = {
+        number: (path.stem, drawing) for (path, number, _), drawing in zip(report.files, report.kept, strict=True)
+    }
+    found = {name: lines for name, drawing in drawings.values() if (lines := illegible(drawing))}
+    assert found == {}
 
 
 def test_no_report_makes_figures_of_its_own() -> None:

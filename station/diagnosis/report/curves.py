@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,8 @@ from station.pages.drawing import MARKED, new_figure
 
 MOST = 6
 _Z90 = 1.645
+_LETTERS = 32
+"""Letters of a line under a panel, which is two inches wide: the layout makes no room for a label beyond its panel."""
 
 
 def drawable(places: Sequence[Located]) -> tuple[Located, ...]:
@@ -43,6 +46,7 @@ def _draw(axes: Any, place: Located, *, unit: str) -> None:
     axes.errorbar(
         x, factor * points[:, 1], yerr=_Z90 * factor * points[:, 2], fmt="o-", ms=3.5, lw=1, color=MARKED, capsize=2
     )
-    axes.set_title(f"{place.phase}: {scales.channel(place.channel)}\np {p_value(place.p)}", loc="left", fontsize=8.5)
-    axes.set_xlabel(label)
+    title = fill(f"{place.phase}: {scales.channel(place.channel)}", _LETTERS)
+    axes.set_title(f"{title}\np {p_value(place.p)}", loc="left", fontsize=8.5)
+    axes.set_xlabel(fill(label, _LETTERS))
     axes.set_ylabel(f"recorded − simulated\n({shown})", fontsize=8)

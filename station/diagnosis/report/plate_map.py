@@ -27,7 +27,7 @@ def plate_map(pictures: PictureData, *, after: bool) -> Any:
     """Returns one row for each of `channels_on_plate`; if `after`, a second column is of the found model."""
     shown = channels_on_plate(pictures)
     columns = 2 if after else 1
-    figure = new_figure(width_in=4.4 * columns, height_in=3.6 * len(shown))
+    figure = new_figure(width_in=4.4 * columns, height_in=3.6 * len(shown), equal_scales=True)
     for row, channel in enumerate(shown):
         parts = [("before", channel.before), ("after", channel.after)][:columns]
         limit = _limit(channel)

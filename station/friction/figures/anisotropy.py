@@ -12,6 +12,7 @@ from station.friction.anisotropy import can_test, fit_harmonics
 from station.friction.bins import BINS, by_direction
 from station.friction.drawing import FLAGGED, nothing_to_draw
 from station.friction.pairs import Pair
+from station.pages.drawing import new_figure
 
 NUMBER = 10.0
 CAPTION = (
@@ -24,7 +25,7 @@ INTERVAL = "bars: ± 1 standard error"
 
 def draw(pair: Pair) -> Figure:
     """Bins and fit against the object and against the plate."""
-    figure = Figure(figsize=(6.6, 3.0), layout="constrained")
+    figure = new_figure(width_in=6.6, height_in=3.0)
     figure.suptitle(pair.name)
     kept = pair.kept
     panels: Any = figure.subplots(1, 2, sharey=True)

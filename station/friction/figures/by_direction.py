@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from station.friction.bins import Bins, by_direction
 from station.friction.drawing import LEAST_MARGIN_DEG, nothing_to_draw, radians_beside
 from station.friction.pairs import Pair
+from station.pages.drawing import new_figure
 
 NUMBER = 7.0
 CAPTION = (
@@ -21,7 +22,7 @@ INTERVAL = "shaded: ± 1 standard deviation of a bin"
 
 def draw(pair: Pair) -> Figure:
     """Draws mean and standard deviation per bin, with the number of samples below."""
-    figure = Figure(figsize=(4.6, 3.4), layout="constrained")
+    figure = new_figure(width_in=4.6, height_in=3.4)
     upper: Any
     lower: Any
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[5, 1])

@@ -14,6 +14,7 @@ from station.friction.drawing import FLAGGED, KEPT, centres_px, image_size_px, n
 from station.friction.filters import DISTANCE_PX
 from station.friction.pairs import Pair
 from station.friction.slides import Bools, Slides
+from station.pages.drawing import new_figure
 
 NUMBER = 6.0
 CAPTION = (
@@ -27,7 +28,7 @@ _MOST_BINS = 60
 
 def draw(pair: Pair) -> Figure:
     """Draws the four panels."""
-    figure = Figure(figsize=(6.6, 5.6), layout="constrained")
+    figure = new_figure(width_in=6.6, height_in=5.6)
     panels: Any = figure.subplots(2, 2)
     slides, flags = pair.slides, pair.flags.by_filter
     titles = ("(a) Distance", "(b) Angle", "(c) Circumference", "(d) Border")

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from station.friction.bins import PATCH_PX, heat_map
 from station.friction.drawing import LEAST_RANGE_DEG, centres_px, image_size_px, nothing_to_draw
 from station.friction.pairs import Pair
+from station.pages.drawing import new_figure
 
 NUMBER = 8.0
 CAPTION = (
@@ -22,7 +23,7 @@ INTERVAL = ""
 
 def draw(pair: Pair) -> Figure:
     """Draws the heat map of the kept slides."""
-    figure = Figure(figsize=(4.0, 3.4), layout="constrained")
+    figure = new_figure(width_in=4.0, height_in=3.4, equal_scales=True)
     axes: Any = figure.add_subplot()
     axes.set_title(pair.name)
     kept = pair.kept

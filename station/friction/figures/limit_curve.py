@@ -16,6 +16,7 @@ from station.friction.limit_curve.estimates import band_of
 from station.friction.limit_curve.observations import Observations, observations_of
 from station.friction.limit_curve.of_pair import chosen_curve
 from station.friction.pairs import Pair
+from station.pages.drawing import new_figure
 
 NUMBER = 11.0
 CAPTION = (
@@ -33,7 +34,7 @@ _RIM = 1.6
 
 def draw(pair: Pair) -> Figure:
     """Draws the fitted curve in polar coordinates: by slide, and by pull."""
-    figure = Figure(figsize=(6.8, 3.9), layout="constrained")
+    figure = new_figure(width_in=6.8, height_in=3.9, equal_scales=True)
     figure.suptitle(pair.name)
     try:
         choice = chosen_curve(pair)

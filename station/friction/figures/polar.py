@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from station.friction.drawing import DIRECTION_COLOURS, nothing_to_draw, settle_radius
 from station.friction.pairs import Pair
 from station.friction.slides import Slides
+from station.pages.drawing import new_figure
 
 NUMBER = 9.0
 CAPTION = (
@@ -24,7 +25,7 @@ INTERVAL = ""
 
 def draw(pair: Pair) -> Figure:
     """Draws the kept slides over the paper's half circle and over the whole one."""
-    figure = Figure(figsize=(6.8, 3.6), layout="constrained")
+    figure = new_figure(width_in=6.8, height_in=3.6)
     kept = pair.kept
     figure.suptitle(pair.name)
     known = np.isfinite(kept.paper_rad)

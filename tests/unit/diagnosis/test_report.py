@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from html import unescape
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,9 @@ from station.__main__ import main
 from station.app.front.text import as_text
 from station.diagnosis import thresholds
 from station.diagnosis.diagnose import Examined, examined
-from station.diagnosis.report import html, scores
+from station.diagnosis.observations.covariates import TITLES
+from station.diagnosis.report import html, scales, scores
+from station.diagnosis.report.curves import curves
 from station.diagnosis.report.headline import headline
 from station.diagnosis.report.heat_map import heat_map
 from station.diagnosis.report.page import html_page
@@ -27,9 +30,11 @@ from station.diagnosis.report.sentences import next_lines, sentence
 from station.diagnosis.report.summary import summary
 from station.diagnosis.report.what import what
 from station.diagnosis.result import Acting, Diagnosis, Located, Stretch, Value, rounded
+from station.pages.drawing import style
 from station.pages.figure import kept_in
 from station.physics.catalogue import catalogue
 from station.simulators import artefacts
+from tests.legible import illegible
 from tests.unit.diagnosis.page import Page
 from tests.unit.diagnosis.tables import grained, samples
 
@@ -193,6 +198,25 @@ def test_of_each_run_the_longest_stretch_is_named_once() -> None:
 def test_parameters_have_units_and_digits_that_people_read(value: Value, told: tuple[str, str, str]) -> None:
     middle, interval, unit = html.with_error(value)
     assert (middle, re.sub("<[^>]*>", "", interval), unit) == told
+
+
+def test_no_text_of_the_plates_maps_is_cut_or_lies_over_another() -> None:
+    """A panel of equal scales shrinks after its layout, and has other numbers beside it then."""
+    with style():
+        assert [illegible(plate_map(with_slides(), after=after)) for after in (False, True)] == [[], []]
+
+
+@pytest.mark.parametrize("across", [1, 3])
+def test_every_covariate_and_channel_has_room_beside_its_curve(across: int) -> None:
+    place = Located(
+        phase="slide", covariate="speed", channel="along", effect_size=0.5, p=0.01, runs=(1,), windows=(), summary="",
+        curve=tuple((0.3 * x, 0.02 * x, 0.01) for x in range(-5, 6)),
+    )  # fmt: skip
+    names = zip(TITLES, cycle(scales.CHANNELS), strict=False)
+    places = [replace(place, covariate=covariate, channel=channel) for covariate, channel in names]
+    with style():
+        for first in range(0, len(places), across):
+            assert illegible(curves(places[first : first + across], with_slides())) == []
 
 
 def test_the_plate_is_shown_as_far_as_blocks_came() -> None:

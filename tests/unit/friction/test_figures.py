@@ -14,6 +14,8 @@ from station.friction.figures import FigureKind, figure_kinds, limit_curve
 from station.friction.pairs import Session, pairs_of
 from station.friction.report import caption_of
 from station.pages.caption import made_by
+from station.pages.drawing import style
+from tests.legible import illegible
 from tests.unit.friction.sessions import GEOMETRY, sample, session
 
 TABLES: dict[str, Callable[[], list[Sample]]] = {
@@ -39,6 +41,14 @@ def test_every_figure_is_drawn_of_every_table(kind: FigureKind, table: str, tmp_
     assert (tmp_path / "figure.png").read_bytes() == picture
     assert (tmp_path / "figure.pdf").read_bytes().startswith(b"%PDF")
     assert "<svg" in (tmp_path / "figure.svg").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("table", TABLES)
+@pytest.mark.parametrize("kind", figure_kinds(), ids=lambda kind: kind.name)
+def test_no_text_is_cut_or_lies_over_another(kind: FigureKind, table: str):
+    (pair,) = pairs_of([Session(TABLES[table](), GEOMETRIES[table])])
+    with style():
+        assert illegible(kind.draw(pair)) == []
 
 
 def test_the_papers_figures_are_there():
