@@ -24,6 +24,8 @@ CAPTION = (
 )
 INTERVAL = ""
 _MOST_BINS = 60
+_MOST_STEPS = 4
+"""Steps between the numbers under a panel of three inches: five of seven digits have room."""
 
 
 def draw(pair: Pair) -> Figure:
@@ -80,6 +82,9 @@ def _millimetres_above(axes: Any, slides: Slides) -> None:
 def _circumferences(axes: Any, around: Array, applicable: Bools, flagged: Bools) -> None:
     for chosen, colour, size in ((applicable & ~flagged, KEPT, 5), (applicable & flagged, FLAGGED, 9)):
         axes.scatter(*around[chosen].T, s=size, color=colour, linewidths=0, alpha=0.7, rasterized=True)
+    # They differ by tenths of a pixel: numbers of so many digits have no room for as many as matplotlib takes.
+    axes.ticklabel_format(useOffset=False)
+    axes.locator_params(axis="x", nbins=_MOST_STEPS)
     axes.set_xlabel("circumference before (px)")
     axes.set_ylabel("after (px)")
     axes.spines["right"].set_visible(False)

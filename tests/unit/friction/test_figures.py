@@ -10,7 +10,7 @@ import pytest
 
 from shared.messages import Sample
 from station.friction.drawing import render
-from station.friction.figures import FigureKind, figure_kinds, limit_curve
+from station.friction.figures import FigureKind, figure_kinds, filters, limit_curve
 from station.friction.pairs import Session, pairs_of
 from station.friction.report import caption_of
 from station.pages.caption import made_by
@@ -49,6 +49,18 @@ def test_no_text_is_cut_or_lies_over_another(kind: FigureKind, table: str):
     (pair,) = pairs_of([Session(TABLES[table](), GEOMETRIES[table])])
     with style():
         assert illegible(kind.draw(pair)) == []
+
+
+@pytest.mark.parametrize("spread_px", [0.02, 0.28, 3.0, 40.0])
+@pytest.mark.parametrize("usual_px", [186.2, 1860.0])
+def test_the_numbers_of_circumferences_stand_apart(usual_px: float, spread_px: float):
+    """The rig's lay within a quarter of a pixel: six numbers with two decimals had no room."""
+    (pair,) = pairs_of([Session(TABLES["full"](), GEOMETRY)])
+    slides = pair.slides
+    wanted_px = usual_px + spread_px * np.random.default_rng(1).uniform(-0.5, 0.5, (60, 2))
+    pre, post = (wanted_px / slides.circumference_px).T[..., None, None] * np.stack([slides.pre_px, slides.post_px])
+    with style():
+        assert illegible(filters.draw(replace(pair, slides=replace(slides, pre_px=pre, post_px=post)))) == []
 
 
 def test_the_papers_figures_are_there():
