@@ -12,6 +12,7 @@ from pi_agent.tracking.config import TrackerConfig
 from pi_agent.tracking.mark import Mark
 from pi_agent.tracking.observation import Observation
 from pi_agent.tracking.tracker import Tracker
+from shared.errors import UserError
 from shared.geometry import apply_homography
 from shared.messages import REPEATED, MarkerCorners
 from shared.rig import RigConfig
@@ -27,6 +28,9 @@ class Observer:
     """Follows the block's mark and the plate's fiducials through the frames of one camera.
 
     `boot_id` tells one life of the agent from the next. The trackers are remembered from frame to frame.
+
+    Raises:
+        UserError: if the block is as high as the camera, or its tag is none.
     """
 
     def __init__(
@@ -45,6 +49,11 @@ class Observer:
     def _config(
         self, mark: Mark, known: Calibration, *, height_m: float = 0.0, region: tuple[int, int, int, int] | None = None
     ) -> TrackerConfig:
+        if height_m >= known.camera_m[2]:
+            raise UserError(
+                f"Expected a block lower than its camera, got [block] size_m with a height of {height_m:g} m below a "
+                f"camera at {known.camera_m[2]:g} m above the plate; measure both again"
+            )
         side = mark.side_mm * self._px_per_mm / (1.0 - height_m / known.camera_m[2])
         return TrackerConfig(
             mark=mark,

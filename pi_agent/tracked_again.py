@@ -25,13 +25,14 @@ class PictureTracker:
         """Takes rig file and calibration as the recording has them.
 
         Raises:
-            UserError: if the calibration is none.
+            UserError: if the calibration is none, or no camera sees the rig's mark.
         """
         self._rig = rig
         size = {"width_px": rig.camera.width_px, "height_px": rig.camera.height_px}
         self._calibration = _calibration(calibration_toml) if calibration_toml else nominal(rig, **size)
         self._observer: Observer | None = None
         self._capture_ns = 0
+        self._fresh(MarkerCorners())  # faults of the rig are told before the first picture is read
 
     def corners(self, picture: bytes, *, like: MarkerCorners) -> MarkerCorners | None:
         """Returns the block's corners in the picture that `like` was seen in.

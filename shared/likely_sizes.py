@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 
 from shared.likely import (
@@ -112,7 +112,7 @@ class _Block:
     def fits(self) -> bool:
         """True if its sides are a block's, its mark fits on it, and it in its opening."""
         likely = all(BLOCK_M[0] <= side <= BLOCK_M[1] for side in self.sides_m) and self.across_m <= self.room_m
-        return likely and _fits(self.mark.sides_mm, sorted(1e3 * side for side in self.sides_m[:2]))
+        return likely and fits(self.mark.sides_mm, sorted(1e3 * side for side in self.sides_m[:2]))
 
     def in_other_units(self) -> Iterator[_Block]:
         """Yields the blocks with these sides in other units that fit, the likeliest first."""
@@ -156,13 +156,13 @@ def _mark(mark: MarkSize, room_mm: list[float]) -> Iterator[str]:
     least = min(mark.sides_mm)
     if least < LEAST_MARK_MM:
         yield from outside("[mark] side_mm", least, (LEAST_MARK_MM, room_mm[-1]), "mm")
-    elif not _fits(mark.sides_mm, room_mm):
+    elif not fits(mark.sides_mm, room_mm):
         side = mark.sides_mm[0]
         yield (
             f"expected a mark that fits on its block of {room_mm[0]:g} mm × {room_mm[1]:g} mm, got [mark] side_mm = "
             f"{side:g}{meant(side, (LEAST_MARK_MM, room_mm[0]))}"
         )
-    elif not _fits(mark.outline_mm, room_mm):
+    elif not fits(mark.outline_mm, room_mm):
         yield (
             f"expected a mark whose white rim fits on its block of {room_mm[0]:g} mm × {room_mm[1]:g} mm, got "
             f"{mark.outline_mm[0]:.4g} mm × {mark.outline_mm[1]:.4g} mm from [mark] side_mm = {mark.sides_mm[0]:g} and "
@@ -170,15 +170,16 @@ def _mark(mark: MarkSize, room_mm: list[float]) -> Iterator[str]:
         )
 
 
-def _fits(sides_mm: Range, room_mm: list[float]) -> bool:
-    return all(side <= ROUNDED * room for side, room in zip(sorted(sides_mm), room_mm, strict=True))
+def fits(sides: Range, room: Sequence[float]) -> bool:
+    """Returns true if two sides are no longer than those of the room for them, the shorter of which is the first."""
+    return all(side <= ROUNDED * most for side, most in zip(sorted(sides), room, strict=True))
 
 
 def _rim_meant(mark: MarkSize, room_mm: list[float]) -> str:
     """Asks for the rim in sides, where it was probably given in mm or per cent, or else for the largest side."""
     near = (mark.margin / mark.sides_mm[0], 1e-2 * mark.margin)
     for margin in near:
-        if margin >= _WHITE and _fits(replace(mark, margin=margin).outline_mm, room_mm):
+        if margin >= _WHITE and fits(replace(mark, margin=margin).outline_mm, room_mm):
             return f"; did you mean margin = {margin:.4g}?"
     grown = sorted(mark.outline_mm)
     share = min(room / side for side, room in zip(grown, room_mm, strict=True))

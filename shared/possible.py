@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import fields
+from typing import Any
 
 SHORTEST, LONGEST = 0.5, 2.0
 """The lengths of a quaternion, without unit, that may be a rotation's: 1 but for rounding, which even in half precision
@@ -35,6 +37,28 @@ def some(name: str, values: Sequence[float]) -> str:
 def measurable(name: str, values: Sequence[float], *, most: float = LARGEST) -> str:
     """Returns a fault, unless every value is a number of at most `most`, without its sign."""
     return "" if all(-most <= value <= most for value in values) else f"{tuple(values)} as {name}"
+
+
+def require_measurable(settings: Any, *, but: Collection[str] = ()) -> None:
+    """Refuses a dataclass of settings with a number that no rig has, in whatever unit; the fields `but` are not asked.
+
+    TOML has nan, which would pass every comparison that follows.
+
+    Raises:
+        ValueError: if a number, or one in a list, is not finite or beyond LARGEST without its sign.
+    """
+    for spec in fields(settings):
+        for one in () if spec.name in but else _numbers(getattr(settings, spec.name)):
+            if not abs(one) <= LARGEST:
+                raise ValueError(f"expected a finite number of at most {LARGEST:g} for '{spec.name}', got {one}")
+
+
+def _numbers(value: Any) -> Iterator[float]:
+    if isinstance(value, tuple):
+        for one in value:  # pyright: ignore[reportUnknownVariableType]
+            yield from _numbers(one)
+    elif isinstance(value, int | float):
+        yield value
 
 
 def measurable_if_known(name: str, values: Sequence[float]) -> str:

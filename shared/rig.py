@@ -12,10 +12,11 @@ from shared.config import Table, load_table, parse
 from shared.errors import UserError
 from shared.likely import sides_meant
 from shared.likely_lengths import unlikely_lengths
+from shared.likely_picture import unlikely_picture
 from shared.likely_sizes import MarkSize, unlikely, unlikely_view
 from shared.notify import NAME as NOTIFY
 from shared.notify import NotifyConfig, without_notify
-from shared.possible import LARGEST, LEAST
+from shared.possible import LARGEST, LEAST, require_measurable
 
 PROCESSES = ("camera", "arm", "twin", "station")
 
@@ -86,6 +87,7 @@ class CameraConfig:
     options: Table = field(default_factory=lambda: Table({}))
 
     def __post_init__(self) -> None:
+        require_measurable(self)
         _positive(self, "width_px", "height_px", "rate_hz", "exposure_ms", "px_per_mm", "height_mm")
 
 
@@ -101,6 +103,7 @@ class MarkConfig:
     tag_id: int = 0
 
     def __post_init__(self) -> None:
+        require_measurable(self)
         _positive(self, "side_mm", "aspect")
 
 
@@ -133,6 +136,7 @@ class PlateConfig:
     fiducial_place_mm: float = 42.0
 
     def __post_init__(self) -> None:
+        require_measurable(self)
         _positive(self, "side_m", "opening_m")
         if 0 < len(self.opening_outline_m) < _LEAST_CORNERS:
             raise ValueError(
@@ -190,12 +194,13 @@ class RigConfig:
 
 def _slips(rig: RigConfig) -> Iterator[str]:
     """Yields sentences on what was probably meant in another unit."""
+    mark = MarkSize((rig.mark.side_mm, rig.mark.side_mm * rig.mark.aspect), rig.mark.margin)
     yield from unlikely(
         block_m=rig.block.size_m,
         mass_kg=rig.block.mass_kg,
         plate_m=rig.plate.side_m,
         opening_m=rig.plate.opening_m,
-        mark=MarkSize((rig.mark.side_mm, rig.mark.side_mm * rig.mark.aspect), rig.mark.margin),
+        mark=mark,
         is_round=not rig.plate.opening_outline_m,
     )
     yield from unlikely_view(
@@ -203,6 +208,13 @@ def _slips(rig: RigConfig) -> Iterator[str]:
         height_mm=rig.camera.height_mm,
         fiducial_mm=rig.plate.fiducial_side_mm,
         plate_m=rig.plate.side_m,
+    )
+    yield from unlikely_picture(
+        px_per_mm=rig.camera.px_per_mm,
+        height_mm=rig.camera.height_mm,
+        block_m=rig.block.size_m[2],
+        mark=mark,
+        picture_px=(rig.camera.width_px, rig.camera.height_px),
     )
 
 

@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from pi_agent.tracking.tone import ToneCurve
 from shared import frames
+from shared.errors import UserError
 from shared.foxglove import CameraCalibration
 from shared.geometry import plate_from_pixel
 from shared.messages import CameraGeometry
-from shared.possible import invertible
+from shared.possible import LARGEST, LEAST, invertible, require_measurable
 from shared.rig import RigConfig
 
 
@@ -39,11 +40,18 @@ class Calibration:
     tone_value: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuses what is no calibration."""
+        """Refuses what is no calibration; a recording's is a stranger's."""
+        require_measurable(self)
         if len(self.plate_from_pixel) != 9 or invertible("plate_from_pixel", self.plate_from_pixel):
             raise ValueError("expected nine numbers of an invertible matrix for 'plate_from_pixel'")
         if min(self.focal_px) <= 0 or self.camera_m[2] <= 0:
             raise ValueError("expected a positive focal length and the camera above the plate")
+        with np.errstate(all="ignore"):
+            if not LEAST <= self.mm_per_px <= LARGEST:
+                raise ValueError(
+                    f"expected {LEAST:g} to {LARGEST:g} mm per pixel from 'plate_from_pixel' and 'centre_px', got "
+                    f"{self.mm_per_px:g}"
+                )
         if len(self.tone_light) != len(self.tone_value):
             raise ValueError("expected as many numbers in 'tone_light' as in 'tone_value'")
 
@@ -75,20 +83,29 @@ def nominal(rig: RigConfig, *, width_px: int, height_px: int) -> Calibration:
     """Returns the calibration that the rig file's `px_per_mm` and `height_mm` stand for.
 
     They stand for a camera that looks straight down.
+
+    Raises:
+        UserError: if no camera has such a view.
     """
     camera = rig.camera
     centre = ((width_px - 1) / 2, (height_px - 1) / 2)
     focal = camera.px_per_mm * camera.height_mm
     homography = plate_from_pixel(px_per_m=1e3 * camera.px_per_mm, centre_px=centre)
-    return Calibration(
-        source="nominal",
-        width_px=width_px,
-        height_px=height_px,
-        focal_px=(focal, focal),
-        centre_px=centre,
-        plate_from_pixel=tuple(homography.ravel().tolist()),
-        camera_m=(0.0, 0.0, 1e-3 * camera.height_mm),
-    )
+    try:
+        return Calibration(
+            source="nominal",
+            width_px=width_px,
+            height_px=height_px,
+            focal_px=(focal, focal),
+            centre_px=centre,
+            plate_from_pixel=tuple(homography.ravel().tolist()),
+            camera_m=(0.0, 0.0, 1e-3 * camera.height_mm),
+        )
+    except ValueError as error:
+        raise UserError(
+            f"Expected a camera's view from [camera] px_per_mm and height_mm, got {camera.px_per_mm:g} and "
+            f"{camera.height_mm:g}: {error}"
+        ) from error
 
 
 def calibration_message(calibration: Calibration, *, stamp_ns: int) -> CameraCalibration:

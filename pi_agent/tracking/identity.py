@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pi_agent.tracking.mark import DOT_PLACE, NOTCH_PLACE, NOTCH_SIZE, TAG_BORDER, Mark, tag_bits
+from pi_agent.tracking.mark import DOT_PLACE, NOTCH_PLACE, NOTCH_SIZE, TAG_BORDER, Mark, tag_bits, tag_table
 from pi_agent.tracking.pixels import PixelReader
 
 Floats = NDArray[np.float64]
@@ -111,7 +111,7 @@ def detect_tag(frame: NDArray[np.uint8], mark: Mark) -> Points | None:
 
     The way out when no outline was found; slow, and the corners are to be refined.
     """
-    table = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{mark.tag_dictionary}"))
+    table = tag_table(mark.tag_dictionary, mark.tag_id)
     found, ids, _ = cv2.aruco.ArucoDetector(table).detectMarkers(frame)
     numbers = [] if len(found) == 0 else np.ravel(ids).tolist()
     for quad, number in zip(found, numbers, strict=True):

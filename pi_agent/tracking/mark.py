@@ -11,6 +11,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from shared.errors import UserError
+
 Points = NDArray[np.float64]
 Feature = Literal["none", "dot", "notch", "tag"]
 
@@ -57,9 +59,29 @@ def rectangle(width: float, height: float) -> Points:
     return 0.5 * np.array([[-width, -height], [width, -height], [width, height], [-width, height]])
 
 
+def tag_table(dictionary: str, tag_id: int) -> cv2.aruco.Dictionary:
+    """Returns OpenCV's table of tags `DICT_<dictionary>`.
+
+    Raises:
+        UserError: if there is none of that name, or no tag of that number in it; a recording's rig names any.
+    """
+    number = getattr(cv2.aruco, f"DICT_{dictionary}", None)
+    if not isinstance(number, int):
+        raise UserError(f"Expected the name of an OpenCV dictionary of tags such as APRILTAG_16h5, got '{dictionary}'")
+    table = cv2.aruco.getPredefinedDictionary(number)
+    count = len(table.bytesList)
+    if not 0 <= tag_id < count:
+        raise UserError(f"Expected a tag of {dictionary}, which has 0 to {count - 1}, got {tag_id}")
+    return table
+
+
 def tag_bits(dictionary: str, tag_id: int) -> NDArray[np.uint8]:
-    """Returns the inner bits (n, n) of a tag, 1 = white, from OpenCV's table `DICT_<dictionary>`."""
-    table = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{dictionary}"))
+    """Returns the inner bits (n, n) of a tag, 1 = white, from OpenCV's table `DICT_<dictionary>`.
+
+    Raises:
+        UserError: as `tag_table`.
+    """
+    table = tag_table(dictionary, tag_id)
     cells = table.markerSize + 2 * TAG_BORDER
     picture = np.asarray(cv2.aruco.generateImageMarker(table, tag_id, cells))
     return (picture[TAG_BORDER:-TAG_BORDER, TAG_BORDER:-TAG_BORDER] > 127).astype(np.uint8)

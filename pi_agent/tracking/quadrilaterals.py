@@ -1,5 +1,6 @@
 """Finds quadrilaterals in a whole frame that may be the mark: dark regions with four straight sides."""
 
+import math
 from collections.abc import Iterator
 
 import cv2
@@ -20,7 +21,7 @@ def candidates(frame: Frame, *, side_px: tuple[float, float], aspect: float) -> 
 
     `frame` (height, width) has 8-bit grey values.
     """
-    longest = side_px[1] * max(1.0, aspect)
+    longest = min(side_px[1] * max(1.0, aspect), math.hypot(*frame.shape))  # no mark in it is longer than its diagonal
     halve = side_px[0] * min(1.0, aspect) > 30
     small = _half(frame) if halve else frame
     scale = 2.0 if halve else 1.0

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
 from shared.config import load_table, parse
-from shared.possible import LARGEST, LEAST
+from shared.possible import LEAST, require_measurable
 
 MOST_STEPS = 9_000
 """The largest number of steps of a tilt: a hundredth of a degree each up to the vertical. It moves the edge of a plate
@@ -17,18 +17,6 @@ of 100 mm by 9 µm, which is finer than arms repeat (some 20 µm)."""
 MOST_FRAMES = 10_000
 """The largest number of frames of a reference: two minutes at 90 Hz, whose mean has a hundredth of one frame's noise.
 All are held until the last has come, and a plan may be a stranger's, inside a recording."""
-
-
-def _require_measurable(plan: object) -> None:
-    """Refuses numbers that no session has, in whatever unit; seconds up to LARGEST are also whole nanoseconds in int64.
-
-    TOML has nan, which would pass every comparison below.
-    """
-    for spec in fields(plan):  # pyright: ignore[reportArgumentType]
-        value = getattr(plan, spec.name)
-        for one in value if isinstance(value, tuple) else (value,):  # pyright: ignore[reportUnknownVariableType]
-            if isinstance(one, int | float) and spec.name != "seed" and not abs(one) <= LARGEST:
-                raise ValueError(f"expected a finite number of at most {LARGEST:g} for '{spec.name}', got {one}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +32,7 @@ class ReferencePlan:
     attempts: int = 10
 
     def __post_init__(self) -> None:
-        _require_measurable(self)
+        require_measurable(self)
         if not 2 <= self.frames <= MOST_FRAMES or self.attempts < 1 or not self.noise_limit_px > 0:
             raise ValueError(
                 f"expected frames of 2 to {MOST_FRAMES}, attempts >= 1 and noise_limit_px > 0, got {self.frames}, "
@@ -72,7 +60,7 @@ class TiltPlan:
     hold_s: float = 0.1
 
     def __post_init__(self) -> None:
-        _require_measurable(self)
+        require_measurable(self)
         if not 1 <= self.steps <= MOST_STEPS:
             raise ValueError(f"expected steps of 1 to {MOST_STEPS}, got {self.steps}")
         if not 0 < self.max_deg < 90 or min(self.rate_deg_s, self.return_rate_deg_s) < LEAST:
@@ -102,7 +90,7 @@ class SlipPlan:
     rest_timeout_s: float = 1.0
 
     def __post_init__(self) -> None:
-        _require_measurable(self)
+        require_measurable(self)
         if not 1 <= self.corners <= 4 or self.base_px <= 0 or self.average_s <= 0:
             raise ValueError("expected 1 <= corners <= 4, base_px > 0 and average_s > 0")
 
@@ -115,7 +103,7 @@ class DwellPlan:
     max_s: float = 0.5
 
     def __post_init__(self) -> None:
-        _require_measurable(self)
+        require_measurable(self)
         if not 0 < self.min_s <= self.max_s:
             raise ValueError(f"expected 0 < min_s <= max_s, got {self.min_s} and {self.max_s}")
 
@@ -135,7 +123,7 @@ class DirectionPlan:
     min_slide_px: float = 60.0
 
     def __post_init__(self) -> None:
-        _require_measurable(self)
+        require_measurable(self)
         if self.distance_power < 0:
             raise ValueError(f"expected distance_power >= 0, got {self.distance_power:g}")
         if not self.some or not set(self.some) <= {0, 1, 2, 3}:
@@ -166,7 +154,7 @@ class Plan:
     direction: DirectionPlan = field(default_factory=DirectionPlan)
 
     def __post_init__(self) -> None:
-        _require_measurable(self)
+        require_measurable(self, but=("seed",))
         if self.samples < 1 or self.faults < 1 or self.seed < 0:
             raise ValueError(
                 f"expected samples >= 1, faults >= 1 and seed >= 0, got {self.samples}, {self.faults} and {self.seed}"

@@ -14,10 +14,13 @@ import pytest
 from pi_agent.lockstep import PixelCamera
 from pi_agent.tracked_again import PictureTracker
 from shared.clock import SimulatedClock
+from shared.config import table_of
+from shared.errors import UserError
 from shared.foxglove import CompressedImage, Timestamp
 from shared.memory_bus import MemoryBus
 from shared.messages import MarkerCorners
 from shared.pictures import size_px
+from shared.rig import RigConfig, rig_of_table
 from station.app import assembly
 from station.app.corners_again import GROUP, CornersAgain, allowed_px, corners_again
 from station.app.verifying import verify
@@ -128,6 +131,76 @@ def test_a_picture_of_another_size_is_not_unpacked() -> None:
     assert size_px(bomb) == (65500, 65500)
     assert PictureTracker(assembly.rig_from(None)).corners(bomb, like=MarkerCorners(capture_ns=1)) is None
     assert allowed_px(MarkerCorners()) > 0
+
+
+SEEN = """
+[camera]
+px_per_mm = {px_per_mm}
+[mark]
+side_mm = {side_mm}
+aspect = {aspect}
+[block]
+size_m = [0.01, 0.01, {block_m}]
+"""
+USUAL: dict[str, float] = {"px_per_mm": 6.0, "side_mm": 7.5, "aspect": 1.0, "block_m": 0.01}
+
+
+def stranger(**changed: float) -> RigConfig:
+    return rig_of_table(table_of('id = "one"' + SEEN.format(**(USUAL | changed)), "rig.toml"))
+
+
+def first_picture(path: Path) -> tuple[bytes, MarkerCorners]:
+    items = [item.message for item in open_recording(path).messages({"camera/corners", "camera/image"})]
+    picture = next(one for one in items if isinstance(one, CompressedImage))
+    stamp_ns = picture.timestamp.ns
+    return picture.data, next(one for one in items if isinstance(one, MarkerCorners) and one.capture_ns == stamp_ns)
+
+
+@pytest.mark.parametrize(
+    "changed", [{"px_per_mm": 1e6}, {"side_mm": 1e9}, {"aspect": 1e9}, {"aspect": 1e-9}, {"block_m": 0.2999999}]
+)
+def test_a_strangers_mark_that_is_larger_than_the_picture_is_not_found(
+    recorded: Path, changed: dict[str, float]
+) -> None:
+    picture, like = first_picture(recorded)
+    found = PictureTracker(stranger(**changed)).corners(picture, like=like)
+    assert found is not None
+    assert not found.found
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"), [({"block_m": 0.3}, "lower than its camera"), ({"px_per_mm": 1e9}, "view")]
+)
+def test_a_strangers_rig_that_no_camera_sees_is_refused(changed: dict[str, float], said: str) -> None:
+    with pytest.raises(UserError, match=said):
+        PictureTracker(stranger(**changed))
+
+
+def calibration(**changed: str) -> str:
+    values = {
+        "focal_px": "[1800.0, 1800.0]",
+        "centre_px": "[299.5, 299.5]",
+        "plate_from_pixel": "[1.7e-4, 0.0, -0.05, 0.0, -1.7e-4, 0.05, 0.0, 0.0, 1.0]",
+        "camera_m": "[0.0, 0.0, 0.3]",
+    }
+    lines = [f"{name} = {value}" for name, value in (values | changed).items()]
+    return "\n".join(['source = "a stranger"', "width_px = 600", "height_px = 600", *lines])
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"centre_px": "[nan, 299.5]"},
+        {"camera_m": "[0.0, 0.0, nan]"},
+        {"plate_from_pixel": "[1.7e-4, 0.0, -0.05, 0.0, -1.7e-4, 0.05, 0.0, 0.0, 1e300]"},
+        {"plate_from_pixel": "[1.7e-4, 0.0, -0.05, 0.0, -1.7e-4, 0.05, 1e9, 0.0, 1.0]"},
+        {"tone_light": "[0.0, 1e300, 1.0]", "tone_value": "[0.0, 0.5, 1.0]"},
+    ],
+)
+def test_a_strangers_calibration_that_is_none_is_refused(changed: dict[str, str]) -> None:
+    PictureTracker(stranger(), calibration())
+    with pytest.raises(UserError, match=r"calibration\.toml"):
+        PictureTracker(stranger(), calibration(**changed))
 
 
 class Misled:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from shared.config import load_table
+from shared.config import load_table, table_of
 from shared.errors import UserError
 from shared.rig import load_rig, rig_of_table
 
@@ -81,6 +81,9 @@ def written(folder: Path, **changed: object) -> Path:
         ({"px_per_mm": 6000.0}, "[camera] px_per_mm of 0.1 to 200 px/mm, got 6000; did you mean 6?"),
         ({"height_mm": 0.3}, "[camera] height_mm of 5 to 10000 mm, got 0.3; did you mean 300?"),
         ({"fiducial_mm": 0.004}, "[plate] fiducial_side_mm of 1 to 100 mm, got 0.004; did you mean 4?"),
+        ({"size_m": [0.06, 0.06, 0.3], "mass_kg": 1.0}, "a block lower than its camera, got [block] size_m"),
+        ({"size_m": [0.06, 0.06, 0.2999], "mass_kg": 1.0}, "a picture of 600 px × 600 px shows whole, got 1.35e+05 px"),
+        ({"px_per_mm": 150.0}, "got 1164 px × 1164 px from [mark] side_mm = 7.5, [camera] px_per_mm = 150"),
         ({"opening_m": 90.0}, "[plate] opening_m of 0.01 to 3 m, got 90; did you mean 0.09?"),
     ],
 )  # fmt: skip
@@ -106,11 +109,26 @@ def test_a_slip_is_named_with_what_was_meant(changed: dict[str, object], said: s
         {"side_mm": 10.05},
         {"margin": 0.1667},  # deploy/mark/mark-10mm.svg just covers its block
         {"plate_m": 1.2, "opening_m": 1.0},
+        {"px_per_mm": 100.0},  # 776 px in a picture of 600 px, or 540 px where a calibration measures 70 px/mm
         {"fiducial_mm": 0.0},
     ],
 )
 def test_real_rigs_are_taken(right: dict[str, object], tmp_path: Path) -> None:
     assert load_rig(written(tmp_path, **right)).id == "one"
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "[plate]\nfiducial_side_mm = nan",
+        "[plate]\nopening_outline_m = [[0.0, 0.0], [0.1, 0.0], [0.1, inf]]",
+        "[mark]\nmargin = 1e300",
+        "[camera]\ngain = -inf",
+    ],
+)
+def test_numbers_beyond_all_units_are_refused_in_a_recording_too(line: str) -> None:
+    with pytest.raises(UserError, match="expected a finite number of at most"):
+        rig_of_table(table_of(f'id = "one"\n{line}', "rig.toml"))
 
 
 LENGTHS = """
