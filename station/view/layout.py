@@ -14,7 +14,12 @@ from station.view.setup import Setup
 
 _LIVE_WINDOW_S = 30.0
 _ASIDE_DEG = -35.0
-_DISPLACEMENT_RANGE_PX = (0.0, 80.0)
+_BLOCK = "Block: slide and height (mm)"
+_BLOCK_BESIDE = "Block: slide, recorded (orange) and simulated before (grey) and after (green); height (blue); mm"
+"""A legend of four curves would be higher than the panel, and cover them."""
+_DISPLACEMENT_RANGE_PX = (0.0, 110.0)
+"""Thresholds reach 78 px at 68°. The viewer numbers powers of ten alone where a panel is low: 0 and 100 have to be in
+it (`station replay tests/golden/session.mcap --screenshot out.png`)."""
 
 
 def layout(topics: Collection[str], *, setup: Setup, live: bool = False, diagnosed: bool = False) -> rrb.Blueprint:
@@ -28,16 +33,20 @@ def layout(topics: Collection[str], *, setup: Setup, live: bool = False, diagnos
     if camera:
         upper.insert(0, _camera(setup))
     window = _window() if live else None
-    shares = [4]
+    shares = [5 if diagnosed else 4]
     curves: list[rrb.View | rrb.Container] = [_curves("plots/tilt", "Tilt (°)", window)]
-    if camera:
+    block = _curves("plots/block", _BLOCK_BESIDE if diagnosed else _BLOCK, window, legend=not diagnosed)
+    if diagnosed:  # the marked stretches need the room of a row: the corners stand behind the block
+        curves.append(rrb.Tabs(block, _displacement(window, name="Corners")) if camera else block)
+        shares.append(4)
+    elif camera:
         curves.append(_displacement(window))
         shares.append(5)
-    if "block/pose" in topics or diagnosed:
-        curves.append(_curves("plots/block", "Block: slide and height (mm)", window))
+    if "block/pose" in topics and not diagnosed:
+        curves.append(block)
         shares.append(4)
     states = rrb.StateTimelineView(origin="state", name="What was going on", time_view=_linked())
-    lower = rrb.Vertical(*curves, states, row_shares=[*shares, 8 if diagnosed else 5])
+    lower = rrb.Vertical(*curves, states, row_shares=[*shares, 12 if diagnosed else 5])
     runs = rrb.TextDocumentView(origin=entities.SAMPLES, name="Runs")
     diagnosis = rrb.TextDocumentView(origin=entities.DIAGNOSIS, name="Diagnosis")
     words = rrb.Vertical(
@@ -77,18 +86,23 @@ def _window() -> list[rr.VisibleTimeRange]:
     return [rr.VisibleTimeRange(ELAPSED, start=start, end=rr.TimeRangeBoundary.cursor_relative())]
 
 
-def _curves(origin: str, name: str, window: list[rr.VisibleTimeRange] | None) -> rrb.View:
+def _curves(origin: str, name: str, window: list[rr.VisibleTimeRange] | None, *, legend: bool = True) -> rrb.View:
     return rrb.TimeSeriesView(
-        origin=origin, name=name, time_ranges=window, axis_x=_linked(), plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop)
+        origin=origin,
+        name=name,
+        time_ranges=window,
+        axis_x=_linked(),
+        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=legend),
     )
 
 
-def _displacement(window: list[rr.VisibleTimeRange] | None) -> rrb.Container:
+def _displacement(window: list[rr.VisibleTimeRange] | None, *, name: str | None = None) -> rrb.Container:
     """Returns the corners' displacements side by side.
 
     A block that does not turn moves them alike, on top of each other.
     """
-    return rrb.Horizontal(*(_corner(number, path, window) for number, path in enumerate(entities.DISPLACEMENT)))
+    panels = (_corner(number, path, window) for number, path in enumerate(entities.DISPLACEMENT))
+    return rrb.Horizontal(*panels, name=name)
 
 
 def _corner(number: int, path: str, window: list[rr.VisibleTimeRange] | None) -> rrb.View:

@@ -211,6 +211,34 @@ def test_each_corner_has_a_panel_of_its_own_with_the_threshold() -> None:
     assert contents == [{f"/{corner}", f"/{entities.THRESHOLD}"} for corner in entities.DISPLACEMENT]
 
 
+def test_a_low_panel_of_a_corner_has_two_numbers() -> None:
+    """The viewer numbers powers of ten alone there: an axis up to 80 px had a 0."""
+    (low, high), *_ = {
+        tuple(view.properties["ScalarAxis"].range.as_arrow_array().to_pylist()[0])
+        for view in _views(layout({"camera/corners"}, setup=Setup()).root_container)
+        if view.origin == "plots/displacement"
+    }
+    assert low == 0.0
+    assert 100.0 < high < 150.0
+
+
+def test_beside_simulations_no_legend_covers_the_slides_and_the_corners_stand_behind_them() -> None:
+    """Legends were higher than their panels, and the rows of marked stretches were cut at the lower edge."""
+    root = layout({"camera/corners", "block/pose"}, setup=Setup(), diagnosed=True).root_container
+    (slides,) = (view for view in _views(root) if view.origin == "plots/block")
+    assert slides.properties["PlotLegend"].visible.as_arrow_array().to_pylist() == [False]
+    assert all(word in slides.name for word in ("recorded", "before", "after", "height"))
+    (tabs,) = (part for part in _parts(root) if isinstance(part, rrb.Tabs) and slides in part.contents)
+    assert sum(view.origin == "plots/displacement" for view in _views(tabs)) == 4
+
+
+def _parts(part: Any) -> Iterator[Any]:
+    """Every part of a layout."""
+    yield part
+    for inner in part.contents if isinstance(part, rrb.Container) else ():
+        yield from _parts(inner)
+
+
 def _views(part: Any) -> Iterator[Any]:
     """Every view of a layout's part."""
     if isinstance(part, rrb.View):
