@@ -21,12 +21,13 @@ from shared.bus_keys import members_in
 from shared.clock import SIMULATION_EPOCH_NS
 from shared.errors import UserError
 from shared.geometry import tilt_of
-from shared.messages import RunEvent, Sample
+from shared.messages import Heartbeat, PlatformState, RunEvent, Sample
 from shared.rig import load_rig
 from shared.visible import LONGEST, sentence, visible
 from station.__main__ import main
 from station.app.authority import new_authority
 from station.app.signing import sign, signature_of
+from station.arm.agent import ArmAgent
 from station.friction.onset import estimate_onset
 from station.physics.catalogue import catalogue
 from station.physics.model import model_of_table
@@ -35,6 +36,8 @@ from station.recording.importers import importers
 from station.recording.mcap_file import McapFile
 from station.recording.reader import open_recording
 from tests.fuzz import seeds
+from tests.fuzz.target import Unclear
+from tests.fuzz.targets import arm
 from tests.unit.app.forging import Item, forged
 from tests.unit.recording.test_importers import made_up
 
@@ -234,6 +237,27 @@ def _unreadable(certificate: bytes) -> Iterator[str]:
     for place, bit in ((version, 0x40), (name, 0x02)):
         changed = der[:place] + bytes([der[place] ^ bit]) + der[place + 1 :]
         yield f"-----BEGIN CERTIFICATE-----\n{base64.encodebytes(changed).decode()}-----END CERTIFICATE-----\n"
+
+
+def test_what_the_arm_agent_is_told_is_not_what_it_sends(tmp_path: Path) -> None:
+    """A heartbeat of zeros that are written out is a message, and is no payload at all when it is written anew."""
+    payload = b"\x08\x00"
+    assert wire.encode(wire.decode(Heartbeat, payload)) == b""
+    path = tmp_path / "script.json"
+    path.write_text(json.dumps([(3, "session/heartbeat", payload.hex())]), encoding="utf-8")
+    arm.TARGETS[0].read(path)
+
+
+def test_an_arm_agent_that_sends_what_nobody_can_take_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def tick(agent: ArmAgent, now_ns: int) -> None:
+        del now_ns
+        agent._bus.publish("arm/platform", PlatformState(qw=0.0))  # pyright: ignore[reportPrivateUsage]
+
+    monkeypatch.setattr(ArmAgent, "tick", tick)
+    path = tmp_path / "script.json"
+    path.write_text("[]", encoding="utf-8")
+    with pytest.raises(Unclear, match="sends what nobody can take: PlatformState"):
+        arm.TARGETS[0].read(path)
 
 
 def test_a_certificate_whose_name_cannot_be_read_signs_nothing(tmp_path: Path) -> None:

@@ -43,7 +43,7 @@ def _run_arm(path: Path) -> None:
     """A tilt and its return, of which every set-point is a number."""
     rig = FakeRig(ArmSettings())
     rig.advance(0.2)
-    sent = list[Message | None]()
+    sent, given = list[Message | None](), list[Message]()
     with never_refused():
         rig.command(10)
         for turn, name, message in heard(path):
@@ -51,9 +51,12 @@ def _run_arm(path: Path) -> None:
             if name in topics.SERVICES:
                 rig.bus.request(name, message, sent.append)
             else:
+                given.append(message)
                 rig.bus.publish(name, message)
         rig.advance(1.0)
-    require_sendable(rig.messages + [answer for answer in sent if answer])
+    # All that is on the bus is heard, the script's own too: its payloads need not be what `wire.encode` makes.
+    others = [message for message in rig.messages if not any(message is one for one in given)]
+    require_sendable(others + [answer for answer in sent if answer])
     for target in rig.targets:
         if not all(map(math.isfinite, (*target.position_rad, *target.velocity_rad_s))):
             raise Unclear(f"the arm is sent to where nothing is: {target}")
