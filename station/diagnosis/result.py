@@ -315,7 +315,7 @@ class Diagnosis:
     differently. Otherwise the baseline is one constant friction. `counted` is what was counted: a session's runs,
     the rows of a table, or the windows in which rows were averaged. `level` names the level of friction: mu_k where
     nothing but sliding was seen. `left_out` has the number of runs that could not be used by the reason, a verb whose
-    subject they are, and `without_onset` that of runs of which only the slide could be.
+    subject they are, and `without_onset` that of used runs without an onset.
     """
 
     recording: str

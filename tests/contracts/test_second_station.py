@@ -128,5 +128,5 @@ def test_nothing_that_it_sends_or_asks_gets_through_and_both_ends_say_so(
     assert {one.message.owner for one in lab.heard if isinstance(one.message, Heartbeat)} <= {"first"}
     said = [record.getMessage() for when in ("setup", "call") for record in caplog.get_records(when)]
     assert len([line for line in said if "Refused: another station process" in line]) == 2
-    assert lab.asked(lab.first, "arm/command", tilt("first")).accepted
+    lab.until(lambda: lab.asked(lab.first, "arm/command", tilt("first")).accepted)  # once its heartbeat has armed it
     lab.until(lambda: lab.arm.moved)

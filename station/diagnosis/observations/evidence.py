@@ -34,7 +34,7 @@ class Evidence:
     `group` (r,) numbers the groups of runs that share a draw of friction, as those of one specimen; None: each run is
     on its own. `stretch` (r,) numbers the stretches of one speed in continuous records; None: there are too few to know
     how they scatter. `left_out` counts the runs without a row of friction by the reason, a verb whose subject they are,
-    and `without_onset` those of which only the slide has such rows.
+    and `without_onset` those with such rows of which no onset is known.
     """
 
     channels: tuple[Channel, ...]

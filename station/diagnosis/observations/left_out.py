@@ -31,20 +31,26 @@ def left_out(recorded: Recorded, channels: Sequence[Channel]) -> Mapping[str, in
 
 
 def without_onset(recorded: Recorded, channels: Sequence[Channel]) -> Mapping[str, int]:
-    """Returns the number of runs of whose friction only the slide counts by the reason, a verb as in `left_out`.
+    """Returns the number of runs with friction and without an onset by the reason, a verb as in `left_out`.
 
-    The foam holds a block that leans on it, so its onset tells nothing of friction; its slide does once it is clear.
+    The foam holds a block that leans on it, so its onset tells nothing of friction; its slide does once it is clear. A
+    block that held tells that friction is no less.
     """
-    slides = _runs(channel for channel in channels if channel.shares_friction and channel.name != ONSET)
-    onsets = _runs(channel for channel in channels if channel.name == ONSET)
-    return Counter(
-        LEANED if leans(recorded.tracks[run], recorded.setting) else LEVEL for run in sorted(slides - onsets)
-    )
+    used = _runs(channel for channel in channels if channel.shares_friction)
+    onsets = [channel.rows for channel in channels if channel.name == ONSET]
+    slid = {int(run) for rows in onsets for run in rows.run[~rows.limit]}
+    return Counter(_unknown(recorded.tracks[run], recorded) for run in sorted(used - slid))
 
 
 def _runs(channels: Iterable[Channel]) -> set[int]:
     """Returns the indices of the runs that have a row in one of the channels."""
     return {int(run) for channel in channels for run in channel.rows.run}
+
+
+def _unknown(track: RunTrack, recorded: Recorded) -> str:
+    if leans(track, recorded.setting):
+        return LEANED
+    return HELD if track.sample.censored else LEVEL
 
 
 def _reason(track: RunTrack, recorded: Recorded) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from station.diagnosis import thresholds
+from station.diagnosis.observations.left_out import HELD, LEANED
 from station.diagnosis.result import Acting, Diagnosis, EffectFound, Side, rounded
 
 LEAST_ACTING = 0.1
@@ -73,14 +74,17 @@ def used(diagnosis: Diagnosis) -> str:
     return f"{diagnosis.used_runs} {of.format(diagnosis.total_runs)}"
 
 
-_SLIDES_ALONE = "of {count} of the {total} used runs only the slide counts, and not the onset"
+_COUNTS = {LEANED: "only their slides count", HELD: "only that they held counts"}
 
 
 def left_out(diagnosis: Diagnosis) -> str:
-    """Tells how many runs were left out, and of how many only the slide counts, and why; empty if all count wholly."""
+    """Tells how many runs were left out or have no onset, and why; empty if all count wholly."""
     out = _because(diagnosis.left_out, "{count} of {total} runs left out", diagnosis.total_runs)
-    slides = _because(diagnosis.without_onset, _SLIDES_ALONE, diagnosis.used_runs)
-    return "; ".join(one for one in (out, slides) if one)
+    told = {
+        f"{why} ({_COUNTS[why]})" if why in _COUNTS else why: count for why, count in diagnosis.without_onset.items()
+    }
+    unknown = _because(told, "{count} of the {total} used runs have no onset", diagnosis.used_runs)
+    return "; ".join(one for one in (out, unknown) if one)
 
 
 def _because(runs: Mapping[str, int], words: str, total: int) -> str:

@@ -40,7 +40,7 @@ def test_blocks_that_lean_on_the_foam_are_counted() -> None:
 
 
 def test_a_block_that_leans_and_slides_clear_of_the_foam_loses_only_its_onset() -> None:
-    """Of 56 used runs the figure of the onsets had 27, and nothing said why."""
+    """The figure of the onsets had 27 of 56 used runs, and nothing said why."""
     starts = np.array([np.hypot(*track.pose[0, :2]) for track in Recorded(session(), WIDE).tracks])
     evidence = evidence_of(session(), Setting(opening_radius_m=float(starts.max()) + 5e-4))
     onsets = evidence.channel("onset")
@@ -48,6 +48,13 @@ def test_a_block_that_leans_and_slides_clear_of_the_foam_loses_only_its_onset() 
     assert 0 < len(onsets) < evidence.used()
     assert dict(evidence.without_onset) == {left_out.LEANED: evidence.used() - len(onsets)}
     assert not evidence_of(session(), WIDE).without_onset
+
+
+def test_a_block_that_held_has_no_onset_and_counts() -> None:
+    whole = session()
+    held = [replace(sample, censored=True) for sample in whole.samples[:5]]
+    evidence = evidence_of(replace(whole, samples=(*held, *whole.samples[5:])), WIDE)
+    assert (evidence.used(), dict(evidence.without_onset)) == (24, {left_out.HELD: 5})
 
 
 def test_runs_of_which_nothing_was_recorded_are_counted() -> None:
@@ -78,9 +85,13 @@ def test_the_reasons_are_told() -> None:
     expected = [{"reason": "did not slide", "count": 7}, {"reason": "leaned on the foam", "count": 38}]
     assert as_json(found)["runs"]["left_out"] == expected
     assert "left out" not in headline(replace(found, left_out={}))
-    found = replace(found, without_onset={left_out.LEANED: 29})
-    told = "of 29 of the 75 used runs only the slide counts, and not the onset: 29 leaned on the foam"
+    found = replace(found, without_onset={left_out.LEANED: 8, left_out.HELD: 21})
+    told = (
+        "29 of the 75 used runs have no onset: 8 leaned on the foam (only their slides count), 21 did not slide (only "
+    )
+    told += "that they held counts)"
     Console(file=text, width=400).print(summary(found))
     assert f"38 leaned on the foam; {told}" in text.getvalue()
     assert f"{told}." in headline(replace(found, left_out={}))
-    assert as_json(found)["runs"]["without_onset"] == [{"reason": "leaned on the foam", "count": 29}]
+    expected = [{"reason": "leaned on the foam", "count": 8}, {"reason": "did not slide", "count": 21}]
+    assert as_json(found)["runs"]["without_onset"] == expected

@@ -226,7 +226,7 @@ def test_wrong_measurements_are_left_out_and_high_friction_is_not():
 
 
 def test_too_few_samples_say_what_became_of_the_others():
-    """Of 19 kept samples 16 were said to have a known direction, and nothing told why."""
+    """Only 16 of 19 kept samples were said to have a known direction, and nothing told why."""
     leaning = sample(run=1, start_m=(0.0, -0.042), azimuth_rad=0.0)
     held = replace(sample(run=2), censored=True)
     (pair,) = pairs_of([Session([leaning, held, *session(20, rng=np.random.default_rng(5))], GEOMETRY)])
