@@ -16,7 +16,6 @@ from station.pages.figure import drawn
 from station.simulators.recorded_runs import Poses
 
 _FREE = "0.4"
-_SIZE = {"width_in": 6.4, "height_in": 2.6}
 
 
 def onsets_by_run(samples: Sequence[Sample]) -> str:
@@ -25,7 +24,7 @@ def onsets_by_run(samples: Sequence[Sample]) -> str:
     Runs without a slide and flagged ones are marked.
     """
     with style():
-        figure = new_figure(**_SIZE)
+        figure = new_figure(width_in=6.4, height_in=2.6)
         axes = figure.add_subplot()
         for direction in sorted({sample.direction for sample in samples}):
             own = [sample for sample in samples if sample.direction == direction]
