@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import math
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -71,9 +72,10 @@ def _separator(header: str) -> str:
 
 
 def _require_once(header: Sequence[str], path: Path) -> None:
-    twice = next((name for name in header if name and header.count(name) > 1), None)
+    counts = Counter(filter(None, header))
+    twice = next((name for name, count in counts.items() if count > 1), None)
     if twice is not None:
-        raise UserError(f"Expected each column once in {path}, got '{twice}' {header.count(twice)} times; rename one")
+        raise UserError(f"Expected each column once in {path}, got '{twice}' {counts[twice]} times; rename one")
 
 
 def _whole(lines: Iterable[list[str]], columns: int, separator: str, path: Path) -> Iterator[list[str]]:
