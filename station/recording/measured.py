@@ -36,8 +36,9 @@ NUMBERS: Mapping[str, float] = MappingProxyType(
 GROUPS = ("group", "sequence", "day", "specimen")
 """The columns that name a group; rows are of one group if they agree in all of them."""
 
-MOST_ROWS = 75_000
-"""The largest number of measurements: a diagnosis takes 10 kB for each, and all of it is to stay below 1 GB."""
+MOST_ROWS = 60_000
+"""The largest number of measurements: a diagnosis takes 265 MB and 10.5 kB for each (ROW_BYTES in
+station/diagnosis/observations/table_size.py has the measurements), 895 MB, and all of it is to stay below 1 GB."""
 
 ALIKE, STEEPEST_RAD = 0.05, 1.5
 """Two ways to tell a row's friction agree to this share: a tilt of 10° that is rounded to whole degrees has its tangent

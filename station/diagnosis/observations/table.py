@@ -19,12 +19,17 @@ from station.diagnosis.observations.starts import FREE_M
 from station.diagnosis.observations.table_onsets import onsets_of
 from station.diagnosis.observations.table_pulled import pulled_of
 from station.diagnosis.observations.table_rows import TableRows, mass_of
+from station.diagnosis.observations.table_size import require_room
 from station.diagnosis.observations.table_states import moments_ns, places_m, rests_s
 from station.signals.measured import Measured, left_alone
 
 
 def table_evidence(recorded: Measured | Sequence[Sample], setting: Setting) -> Evidence:
-    """Returns the evidence of a table's rows; what a row lacks has the columns' defaults."""
+    """Returns the evidence of a table's rows; what a row lacks has the columns' defaults.
+
+    Raises:
+        UserError: if the rows of its groups are too many for a diagnosis.
+    """
     table = recorded if isinstance(recorded, Measured) else Measured.of(recorded)
     rows = in_windows(TableRows.of(table))
     notes = list(_notes(table, rows))
@@ -32,6 +37,7 @@ def table_evidence(recorded: Measured | Sequence[Sample], setting: Setting) -> E
     rows = rows if travelled_of(rows) is not None else rows.typical_first()
     if leaned:
         notes.append(f"{leaned} rows of blocks that lay against the foam were left out")
+    require_room(rows.group, len(rows))
     facts = _facts(rows, setting)
     return Evidence(
         channels=tuple(_channels(rows, facts, setting)),
