@@ -79,8 +79,8 @@ class Station:
         assert isinstance(replies[0], ArmReply)
         return replies[0]
 
-    def command(self, angle_deg: float) -> ArmReply:
-        angle, rate = math.radians(angle_deg), math.radians(10)
+    def command(self, angle_deg: float, *, rate_deg_s: float = 10.0) -> ArmReply:
+        angle, rate = math.radians(angle_deg), math.radians(rate_deg_s)
         return self.ask("arm/command", TiltCommand(self.clock.now_ns(), 1, 1, 0.0, angle, 1, rate))
 
     def tilt_deg(self) -> float:
@@ -152,8 +152,8 @@ def test_foreign_joint_names_are_named() -> None:
 
 def test_a_robot_that_dies_in_mid_motion_is_noticed() -> None:
     with opened_station(mode="obey") as rig:
-        rig.command(40)
-        rig.until(lambda: bool(rig.platforms) and rig.tilt_deg() > 2)
+        rig.command(40, rate_deg_s=1.0)  # so slow that it would not be late before its silence is noticed
+        rig.until(lambda: bool(rig.platforms) and rig.tilt_deg() > 1)
         rig.robot.kill()
         rig.until(lambda: bool(rig.reports[-1].fault))
         assert "no longer reports its joints" in rig.reports[-1].fault
