@@ -133,6 +133,10 @@ def _runs(report: Report) -> Iterator[Finding]:
         yield Finding(
             "runs", f"expected the phases of every sampled run, runs {_list(session.eventless_samples)} have none"
         )
+    if session.sampleless_runs:
+        yield Finding(
+            "runs", f"expected the sample of every run that was done, runs {_list(session.sampleless_runs)} have none"
+        )
     if session.unended_runs:
         yield Finding("runs", f"expected every run but the last to end, runs {_list(session.unended_runs)} did not")
 

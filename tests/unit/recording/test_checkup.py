@@ -102,6 +102,11 @@ def first_run_unended(item: Item) -> Iterator[Item]:
         yield item
 
 
+def first_sample_removed(item: Item) -> Iterator[Item]:
+    if not (isinstance(item[2], Sample) and item[2].run == 1):
+        yield item
+
+
 def with_steps_of_the_sync(item: Item) -> Iterator[Item]:
     yield item
     if isinstance(item[2], RunEvent) and item[2].phase == "SYNC":
@@ -159,6 +164,7 @@ def test_a_healthy_recording_breaks_no_rule(tmp_path: Path) -> None:
         (without("session/event"), "runs"),
         (without_sync, "sync"),
         (first_run_unended, "runs"),
+        (first_sample_removed, "runs"),
         (frozen, "frozen"),
         (seconds_late, "late"),
         (disturbed, "disturbed"),
