@@ -152,7 +152,7 @@ def test_a_longer_session_promises_more() -> None:
 
 @pytest.mark.parametrize("change", SINGLE[:3], ids=lambda change: change.factor)
 def test_the_rivals_alone_promise_what_all_candidates_do_or_more(change: Change) -> None:
-    """So a design that does not reach enough with them alone need not be looked at with all."""
+    """A design that does not reach enough with them alone need not be looked at with all."""
     bench, asked = Bench(recorded=on_paper(paper(), mu_s=0.4)), question(AGEING, WEAR)
     every, few = (
         drawn(sessions(asked, bench, (change,), runs=60, look=look), runs=60, rng=np.random.default_rng(1))
