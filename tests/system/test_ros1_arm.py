@@ -152,7 +152,7 @@ def test_foreign_joint_names_are_named() -> None:
 
 def test_a_robot_that_dies_in_mid_motion_is_noticed() -> None:
     with opened_station(mode="obey") as rig:
-        rig.command(40, rate_deg_s=1.0)  # so slow that it would not be late before its silence is noticed
+        rig.command(40, rate_deg_s=1.0)  # a faster one would be late before its silence is noticed
         rig.until(lambda: bool(rig.platforms) and rig.tilt_deg() > 1)
         rig.robot.kill()
         rig.until(lambda: bool(rig.reports[-1].fault))
