@@ -43,9 +43,14 @@ def _is_unseen(run: Run, tracks: Tracks, *, since_ns: int) -> bool:
     """Returns true if frames or attitudes are missing where they would tell when the block began to slide."""
     if run.reference is None or tracks.geometry is None:
         return False
-    moved = tracks.moved_m(run.reference.corners_px, since_ns=since_ns, until_ns=run.detect_ns)
-    way_m = run.way_px * tracks.geometry.mm_per_px * 1e-3
-    if may_have_met_foam(moved, from_ns=run.slip_ns or run.detect_ns, way_m=way_m, tilt_rad=run.onset_rad):
+    m_per_px = tracks.geometry.mm_per_px * 1e-3
+    moved_px = tracks.moved_px(run.reference.corners_px, since_ns=since_ns, until_ns=run.detect_ns)
+    if may_have_met_foam(
+        [(stamp, m_per_px * px) for stamp, px in moved_px],
+        from_ns=run.slip_ns or run.detect_ns,
+        way_m=m_per_px * run.way_px,
+        tilt_rad=run.onset_rad,
+    ):
         return True
     attitudes_ns = tracks.attitudes_ns(since_ns=since_ns)
     return bool(run.slip_ns) and are_away(attitudes_ns, from_ns=run.slip_ns, to_ns=run.detect_ns)

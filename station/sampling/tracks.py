@@ -142,13 +142,10 @@ class Tracks:
         frames = [corners for _, corners in list(self._frames)[-count:]]
         return tuple(float(value) for value in np.mean(frames, axis=0)) if frames else ()
 
-    def moved_m(self, reference_px: tuple[float, ...], *, since_ns: int, until_ns: int) -> list[tuple[int, float]]:
-        """Returns each frame's time, ns, and how far the block lay from its reference then, m; none if uncalibrated."""
-        if self.geometry is None:
-            return []
-        m_per_px = self.geometry.mm_per_px * 1e-3
+    def moved_px(self, reference_px: tuple[float, ...], *, since_ns: int, until_ns: int) -> list[tuple[int, float]]:
+        """Returns each frame's time, ns, and how far its corners lay from the reference, px, in the mean."""
         return [
-            (stamp, float(np.mean(displacements_px(corners, reference_px))) * m_per_px)
+            (stamp, float(np.mean(displacements_px(corners, reference_px))))
             for stamp, corners in self._frames
             if since_ns <= stamp <= until_ns
         ]

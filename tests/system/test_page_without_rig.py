@@ -16,35 +16,27 @@ from shared.messages import Sample, SessionStatus
 from station.app import assembly
 from station.app.serve.backend import Backend
 from station.app.serve.jobs import Program
-from station.app.serve.server import PageServer
 from station.app.serve.sessions import Files
 from tests.system import chromium
+from tests.system.page_without_rig import opened
 
 pytestmark = [pytest.mark.system, pytest.mark.skipif(not chromium.binary(), reason=chromium.WHY_NOT)]
 
 
 @pytest.fixture
-def backend(tmp_path: Path) -> Generator[Backend]:
+def backend(tmp_path: Path) -> Backend:
     clock, folder = SimulatedClock(), tmp_path / "recordings"
     folder.mkdir()
     (folder / "one.mcap").write_bytes(b"1234")
     files = Files(rig=assembly.simulated_rig_path(), plan=None, folder=folder)
-    made = Backend(MemoryBus(clock), assembly.rig_from(None), files=files, clock=clock)
-    yield made
-    made.close()
+    return Backend(MemoryBus(clock), assembly.rig_from(None), files=files, clock=clock)
 
 
 @pytest.fixture
 def page(backend: Backend, tmp_path: Path) -> Generator[chromium.Page]:
-    server = PageServer(backend, port=0, token="t" * 43)
-    thread = threading.Thread(target=server.serve_forever, args=(0.02,))
-    thread.start()
-    with chromium.browser(tmp_path / "profile") as shown:
-        shown.open(server.url)
+    with opened(backend, tmp_path) as shown:
         shown.wait("document.getElementById('link').innerText === 'connected'")
         yield shown
-    server.close()
-    thread.join(10)
 
 
 def test_a_session_that_is_started_again_begins_empty(

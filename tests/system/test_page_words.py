@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import threading
 from collections.abc import Generator
 from datetime import datetime
 from pathlib import Path
@@ -16,10 +15,10 @@ from shared.clock import SimulatedClock
 from shared.memory_bus import MemoryBus
 from station.app import assembly
 from station.app.serve.backend import Backend
-from station.app.serve.server import PageServer
 from station.app.serve.sessions import Files
 from station.recording.opening import open_file
 from tests.system import chromium
+from tests.system.page_without_rig import opened
 from tests.unit.diagnosis.recorded import GOLDEN
 
 pytestmark = [
@@ -35,16 +34,9 @@ def page(tmp_path: Path) -> Generator[chromium.Page]:
     bus, rig = MemoryBus(SimulatedClock()), assembly.rig_from(None)
     files = Files(rig=assembly.simulated_rig_path(), plan=None, folder=tmp_path)
     backend = Backend(bus, rig, files=files, clock=SimulatedClock())
-    server = PageServer(backend, port=0, token="t" * 43)
-    thread = threading.Thread(target=server.serve_forever, args=(0.02,))
-    thread.start()
-    with chromium.browser(tmp_path / "profile") as opened:
-        opened.open(server.url)
-        opened.wait("document.querySelector('#files tr[data-name]')")
-        yield opened
-    server.close()
-    thread.join(10)
-    backend.close()
+    with opened(backend, tmp_path) as shown:
+        shown.wait("document.querySelector('#files tr[data-name]')")
+        yield shown
 
 
 def called(page: chromium.Page, function: str, argument: Any) -> str:

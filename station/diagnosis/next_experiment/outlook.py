@@ -149,7 +149,7 @@ def _session(question: Question, evidence: Evidence, named: Sequence[Effect], sm
 
 def signal(question: Question, evidence: Evidence) -> Scores:
     """Returns the score of the first rival's signal, while all else of the model is free."""
-    absorbed = [one for one in question.effects if one.absorbed_by_mu and one not in _acting(question.beside)]
+    absorbed = [one for one in _nameable(question) if one.absorbed_by_mu]
     null, _ = _null(question, evidence, looked(evidence, question.beside, absorbed), absorbed)
     return scores(evidence, null, (), _signals(evidence, null, question.rivals[:1]))
 

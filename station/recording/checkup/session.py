@@ -62,7 +62,7 @@ class SessionWatch:
     def __init__(self) -> None:
         self._phases: Counter[str] = Counter()
         self._ends: dict[int, bool] = {}
-        self._done: list[int] = []
+        self._done = set[int]()
         self._samples: list[Sample] = []
         self._offsets: dict[str, list[int]] = {}
         self._clock: dict[str, ClockOffset] = {}
@@ -77,7 +77,8 @@ class SessionWatch:
         message = item.message
         if isinstance(message, RunEvent):
             self._phases[message.phase] += 1
-            self._done += [message.run] if message.phase == "DONE" else []
+            if message.phase == "DONE":
+                self._done.add(message.run)
             if message.phase not in _WITHIN:
                 self._ends[message.run] = message.phase in ("DONE", "ABORTED")
         elif isinstance(message, Sample):
@@ -107,7 +108,7 @@ class SessionWatch:
             kept=kept,
             censored=sum(sample.censored for sample in self._samples),
             eventless_samples=tuple(sample.run for sample in self._samples if sample.run not in self._ends),
-            sampleless_runs=tuple(sorted(set(self._done) - {sample.run for sample in self._samples})),
+            sampleless_runs=tuple(sorted(self._done - {sample.run for sample in self._samples})),
             clocks=tuple(self._clock_health(agent) for agent in sorted(self._clock)),
             agent_dropped=sum(last - first for first, last in self._dropped.values()),
             agent_fault=self._fault,
