@@ -138,7 +138,7 @@ def test_a_stop_cancels_the_goal_and_the_arm_stays() -> None:
 )
 def test_a_robot_that_does_not_do_its_part_is_named(mode: str, said: str) -> None:
     with opened_station(mode=mode) as rig:
-        assert rig.command(6).accepted
+        assert rig.command(4, rate_deg_s=1.0).accepted  # a faster one would be late before its robot is heard
         rig.until(lambda: len(rig.reports) == 2)
         assert said in rig.reports[1].fault
 
