@@ -119,7 +119,7 @@ def against_given(
     # The rest of the recording is tested with all that the recording can show, also where the simulation cannot.
     left, _ = looked_at(recorded.evidence, compared.shared, recorded.search.offered, rng=rng, progress=progress)
     every = _compared(answer, compared, theirs)
-    physical = _without_numerics(every, catalogue)
+    physical = _without_numerics(every, catalogue, clocks=camera)
     kept = _kept(every, compared)
     physics = tuple(effect for effect in kept if effect.layer != "numerics")  # settings are cured, not corrected
     least_p = min(max(compared.differ_p, thresholds.LEAST_P), left.global_p)  # the smaller of two p-values
@@ -180,20 +180,30 @@ def _still_asked(answer: Diagnosis, diagnosis: Diagnosis) -> NextExperiment | No
     return None if answer.names and not left else answer.next_experiment
 
 
-def _without_numerics(diagnosis: Diagnosis, catalogue: Catalogue) -> Diagnosis:
-    """Returns the same with the artefacts of the simulation's solver apart: they are no physics, and have a cure."""
-    ours = {
-        effect.id for effect in diagnosis.effects if effect.id in CURES and catalogue[effect.id].layer == "numerics"
-    }
+def _without_numerics(diagnosis: Diagnosis, catalogue: Catalogue, *, clocks: bool) -> Diagnosis:
+    """Returns the same with the artefacts of the simulation's solver apart: they are no physics, and have a cure.
+
+    Without `clocks`, as where a function gives paths, what looks like one clock's offset is the solver's as well.
+    """
+    ours = {effect.id for effect in diagnosis.effects if _is_of_solver(effect, catalogue, clocks=clocks)}
     effects = tuple(effect for effect in diagnosis.effects if effect.id not in ours)
     rows = [
-        said(effect.id, value.value, value.unit, cured_by=CURES[effect.id], before=None, after=None)
-        for effect in diagnosis.effects
-        for value in effect.parameters.values()
-        if effect.id in ours and effect.verdict != "not supported"
+        said(one.id, one.parameters[size.name].value, size.unit, cured_by=CURES[one.id], before=None, after=None)
+        for one in diagnosis.effects
+        if one.id in ours and one.verdict != "not supported"
+        for size in catalogue[one.id].parameters
+        if not size.is_shape
     ]
     claimed = any(effect.verdict != "not supported" for effect in effects)
     return replace(diagnosis, effects=effects, verdict=overall(effects, claimed=claimed), numerics=tuple(rows))
+
+
+def _is_of_solver(effect: EffectFound, catalogue: Catalogue, *, clocks: bool) -> bool:
+    """Returns true if an effect can only be what the simulation's solver does."""
+    if effect.id not in CURES:
+        return False
+    known = catalogue[effect.id]
+    return known.layer == "numerics" or (known.family == "timing" and effect.side == "simulation" and not clocks)
 
 
 def _kept(diagnosis: Diagnosis, compared: SimulationComparison) -> tuple[Effect, ...]:

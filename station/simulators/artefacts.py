@@ -7,6 +7,8 @@
   along the axes alone, give or take a degree, tell nothing of what lies between.
 
 Both are told only beyond three standard errors and a least size; a simulated camera's noise is in the standard error.
+A third, of a solver that takes forces at the begin of a step or moves by the speed at its end, is found by the
+diagnosis of the simulation: it looks like one clock's offset where there are no clocks.
 """
 
 from __future__ import annotations
@@ -30,12 +32,14 @@ _NEAR = 0.9
 CURES = {
     "solver_creep": 'a smaller time step and a stiffer contact (MuJoCo: cone="elliptic", impratio="100")',
     "cone_artifact": 'an elliptic friction cone (MuJoCo: cone="elliptic")',
+    "clock_offset": "forces taken amid each time step, or a smaller step",
 }
 
 MEANT = {
     ("solver_creep", "deg"): "blocks start earlier",
     ("solver_creep", "mm"): "blocks creep before they slide",
     ("cone_artifact", "deg"): "friction angles differ by direction",
+    ("clock_offset", "s"): "paths are late against the tilt, or early where it is negative",
 }
 """Words that say what the size of each is, by its unit."""
 

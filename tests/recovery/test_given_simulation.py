@@ -139,6 +139,18 @@ def test_a_simulation_that_gives_paths_has_no_camera(camera: bool) -> None:
     assert ("camera_sag" in {effect.id for effect in answer.effects}) == camera
 
 
+@pytest.mark.parametrize("camera", [True, False])
+def test_a_path_has_no_clock_and_one_that_is_late_is_its_solvers(camera: bool) -> None:
+    """A function that took gravity at each step's begin was told of an offset between its clocks."""
+    clock = catalogue()["clock_offset"]
+    late = simulated(model(0.35, 0.0).with_term(Term(clock, {"delay_s": 0.02, "of_arm": 0.0})))
+    few = {**FEW, clock.id: clock}
+    answer = against_given(dropping(), late, few, setting=SETTING, name="my_sim.py", camera=camera).diagnosis
+    alone = {effect.id for effect in answer.effects if effect.side == "simulation"}
+    assert (clock.id in alone) == camera
+    assert [(one["id"], round(one["size"], 3)) for one in answer.numerics] == ([] if camera else [(clock.id, 0.02)])
+
+
 def test_the_keys_of_the_difference_are_added_to_the_contract() -> None:
     answer = as_json(against((0.35, 0.2), (0.25, 0.0)))
     (level,) = answer["baseline"]["differs"]
