@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 import time
 import tomllib
 from collections.abc import Mapping
@@ -22,13 +23,13 @@ import pytest
 from station.app.setting import setting_of
 from station.app.simulating import rig_of
 from station.diagnosis.diagnose import examined
-from station.diagnosis.next_experiment.changes import MASSES, RATES_DEG_S
+from station.diagnosis.next_experiment.changes import RATES_DEG_S
 from station.diagnosis.next_experiment.recommended import recommended
 from station.diagnosis.result import Diagnosis, NextExperiment
 from station.physics.catalogue import Catalogue, catalogue
 from station.recording.arrays import load_signals
 from station.recording.reader import open_recording
-from tests.concealed.design import Design, Nuisance, Setting
+from tests.concealed.design import PAIRS, Design, Nuisance, Setting
 from tests.concealed.files import rig_toml, write_session
 from tests.concealed.session import run_session
 from tests.concealed.world import NULL
@@ -110,8 +111,9 @@ def as_done(plan: NextExperiment, before: Mapping[str, Any]) -> dict[str, Any]:
         changed["free"] = True
     if "tilt" in tables:
         changed["rates_deg_s"] = RATES_DEG_S
-    if "loads in" in plan.plan:
-        changed["masses"] = MASSES
+    if loads := re.search(r"^# loads of ([^(]*) g", plan.plan):
+        cube_g = 1e3 * PAIRS[Design().pair][3]
+        changed["masses"] = tuple(float(load) / cube_g for load in re.findall(r"[\d.]+", loads[1]))
     if "plate turned" in plan.plan:
         changed["mounts_deg"] = (0.0, 45.0, 90.0, 180.0)
     if "block turned" in plan.plan:

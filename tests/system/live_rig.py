@@ -24,7 +24,7 @@ from station.app import assembly
 from station.recording.reader import RecordingReader
 from tests.patience import PATIENCE_S
 from tests.system.ports import free_port
-from tests.system.processes import end, rig_file, start
+from tests.system.processes import CALM_HZ, end, rig_file, start
 
 HELPERS = {"camera": ("pi_agent", "run"), "arm": ("station", "arm"), "twin": ("station", "twin")}
 FAST = """\
@@ -166,7 +166,7 @@ def decided_the_same(path: Path) -> bool:
 @pytest.fixture(scope="module")
 def one_rig(tmp_path_factory: pytest.TempPathFactory) -> Generator[Rig]:
     folder = tmp_path_factory.mktemp("faults")
-    file = rig_file(folder)
+    file = rig_file(folder, rate_hz=CALM_HZ)
     config = assembly.rig_from(str(file))
     with contextlib.ExitStack() as stack:
         bus = stack.enter_context(ZenohBus(config.id, connect=config.bus.peers("observer")))

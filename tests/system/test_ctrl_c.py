@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.patience import PATIENCE_S
-from tests.system.processes import end, rig_file, start
+from tests.system.processes import CALM_HZ, end, rig_file, start
 
 pytestmark = pytest.mark.system
 
@@ -47,7 +47,7 @@ def stopped(process: subprocess.Popen[str], *, at: str) -> int:
 )
 def test_a_command_that_serves(tmp_path: Path, command: str, options: tuple[str, ...], at: str, status: int):
     out = [str(tmp_path / word) if word.endswith(".mcap") else word for word in options]
-    process = start("station", command, "--rig", str(rig_file(tmp_path)), *out)
+    process = start("station", command, "--rig", str(rig_file(tmp_path, rate_hz=CALM_HZ)), *out)
     assert stopped(process, at=at) == told("station", command) == status
 
 

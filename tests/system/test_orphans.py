@@ -17,7 +17,7 @@ from shared.geometry import tilt_of
 from shared.messages import PlatformState
 from station.recording.reader import open_recording
 from tests.patience import PATIENCE_S
-from tests.system.processes import LEVEL_RAD, ROOT, observer, rig_file, wait
+from tests.system.processes import CALM_HZ, LEVEL_RAD, ROOT, observer, rig_file, wait
 
 pytestmark = pytest.mark.system
 PLAN = "samples = 1\nfaults = 1000\n[tilt]\nsteps = 20\nrate_deg_s = 10.0\nadapt_after = 0\n"
@@ -60,7 +60,7 @@ def tilted(rig: Path, process: subprocess.Popen[bytes]) -> None:
 @pytest.fixture
 def rig(tmp_path: Path) -> Generator[Path]:
     """A rig file. Where a test fails, nobody of that rig is left to the tests that follow."""
-    file = rig_file(tmp_path)
+    file = rig_file(tmp_path, rate_hz=CALM_HZ)
     yield file
     for process in processes_of(file):
         os.kill(process, signal.SIGKILL)

@@ -8,14 +8,14 @@ import pytest
 from station.__main__ import main
 from station.recording.reader import open_recording
 from tests.patience import PATIENCE_S
-from tests.system.processes import end, rig_file, running, start
+from tests.system.processes import CALM_HZ, end, rig_file, running, start
 
 pytestmark = pytest.mark.system
 GOLDEN = Path(__file__).parents[1] / "golden" / "session.mcap"
 
 
 def test_a_played_back_session_is_recorded_and_decided_as_the_first_time(tmp_path: Path):
-    rig, again = rig_file(tmp_path), tmp_path / "again.mcap"
+    rig, again = rig_file(tmp_path, rate_hz=CALM_HZ), tmp_path / "again.mcap"
     with running("station", "record", "--rig", str(rig), "--out", str(again)) as recorder:
         assert recorder.stdout is not None
         assert "Recording the bus" in recorder.stdout.readline()

@@ -14,7 +14,7 @@ from shared.messages import AgentStatus, MarkerCorners, Message, PlatformState, 
 from station.__main__ import main
 from station.recording.reader import open_recording
 from tests.patience import PATIENCE_S
-from tests.system.processes import LEVEL_RAD, ROOT, end, observer, rig_file, running, start, wait, wait_for
+from tests.system.processes import CALM_HZ, LEVEL_RAD, ROOT, end, observer, rig_file, running, start, wait, wait_for
 
 pytestmark = pytest.mark.system
 
@@ -39,7 +39,8 @@ def test_one_command_runs_the_rig_end_to_end(tmp_path: Path):
     assert f"station replay {out}" in done.stdout
     reader = open_recording(out)
     assert [sample.run for sample in reader.samples()][-1] >= 2
-    assert len(reader.samples()) == 2
+    # A frame that a busy machine takes late may disturb a run, which then does not count.
+    assert len([sample for sample in reader.samples() if not sample.disturbed]) == 2
     # A busy machine may cost the synthetic camera frames, which the agent counts; none is lost after it was tracked.
     # It counts a frame some time after the frame was due: the last report knows all of those before the one before it.
     counts = [item.message for item in reader.messages({"camera/status"}) if isinstance(item.message, AgentStatus)]
@@ -63,7 +64,7 @@ def ended(process: subprocess.Popen[str]) -> str:
 
 
 def test_ctrl_c_levels_the_plate_closes_the_recording_and_stops_everybody(tmp_path: Path):
-    rig, out = rig_file(tmp_path), tmp_path / "session.mcap"
+    rig, out = rig_file(tmp_path, rate_hz=CALM_HZ), tmp_path / "session.mcap"
     words = ("rig", "--rig", str(rig), "--samples", "50", "--no-view", "--out", str(out))
     process = start("station", *words)
     partial = out.with_name(out.name + ".partial")
@@ -89,7 +90,7 @@ def test_ctrl_c_levels_the_plate_closes_the_recording_and_stops_everybody(tmp_pa
 
 
 def test_a_station_that_is_killed_is_told_with_what_saves_its_recording(tmp_path: Path):
-    rig, out = rig_file(tmp_path), tmp_path / "session.mcap"
+    rig, out = rig_file(tmp_path, rate_hz=CALM_HZ), tmp_path / "session.mcap"
     process = start("station", "rig", "--rig", str(rig), "--samples", "50", "--no-view", "--out", str(out))
     partial = out.with_name(out.name + ".partial")
     with observer(rig) as bus:
@@ -121,7 +122,7 @@ def test_ctrl_c_ends_a_session_in_simulated_time_with_its_table(tmp_path: Path):
 
 @pytest.mark.parametrize("missing", ["camera", "arm", "twin"])
 def test_whoever_is_missing_is_named_with_what_to_start(tmp_path: Path, missing: str):
-    rig = rig_file(tmp_path)
+    rig = rig_file(tmp_path, rate_hz=CALM_HZ)
     others = {"camera": ("pi_agent", "run"), "arm": ("station", "arm"), "twin": ("station", "twin")}
     processes = [start(*words, "--rig", str(rig)) for name, words in others.items() if name != missing]
     try:

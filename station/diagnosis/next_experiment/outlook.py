@@ -8,6 +8,7 @@ odds and shares as in the search, and so the class that the diagnosis would repo
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -34,7 +35,7 @@ from station.physics.model import Model, Term
 from station.physics.smooth import is_smooth
 
 DRAWS = 300
-"""Sessions that are drawn for each rival: a share of 0.8 of them is known to 0.02."""
+"""Sessions that are drawn for each name of a rival: a share of 0.8 of them is known to 0.02."""
 
 OTHER = "other"
 
@@ -56,8 +57,9 @@ class Rival:
 class Question:
     """The rivals, the model of all else, and the noise; `ids` are the rivals' and perhaps `other`.
 
-    An id has several rivals where the recording left a shape of its law open. What the recorded paths said for or
-    against a name belongs to that recording: a new session has paths of its own, which are not predicted.
+    An id has several rivals, at values that the recording leaves likely or at shapes that it left open. What the
+    recorded paths said for or against a name belongs to that recording: a new session has paths of its own, which are
+    not predicted.
     """
 
     rivals: tuple[Rival, ...]
@@ -231,14 +233,15 @@ class Drawn:
 
 
 def drawn(trials: Sequence[Trial], *, runs: float, rng: np.random.Generator) -> list[Drawn]:
-    """Draws DRAWS sessions of each trial, of so many runs with evidence."""
-    return [_drawn(trial, runs, rng) for trial in trials]
+    """Draws DRAWS sessions of each name, evenly from its trials, of so many runs with evidence."""
+    trials_of = Counter(trial.truth.id for trial in trials)
+    return [_drawn(trial, runs, rng, draws=-(-DRAWS // trials_of[trial.truth.id])) for trial in trials]
 
 
-def _drawn(trial: Trial, runs: float, rng: np.random.Generator) -> Drawn:
+def _drawn(trial: Trial, runs: float, rng: np.random.Generator, *, draws: int) -> Drawn:
     session, candidates = trial.session, trial.session.candidates
     scored = session.scored.in_runs(runs)
-    found = scored.information[:, trial.signal][:, None] + drawn_scores(scored, rng, draws=DRAWS)
+    found = scored.information[:, trial.signal][:, None] + drawn_scores(scored, rng, draws=draws)
     gains = _gains(scored, candidates, found)
     looked = _smallest(candidates, gains) < session.alarm
     return Drawn(truth=trial.truth, looked=looked, posterior=_posterior(trial, scored, gains))

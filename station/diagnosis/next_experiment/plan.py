@@ -7,7 +7,7 @@ confirmed. The report, `station diagnose --plan` and `station plan` all ask here
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 import tomli_w
@@ -16,6 +16,7 @@ from station.diagnosis import thresholds
 from station.diagnosis.likelihood.systematic import without_nuisances
 from station.diagnosis.next_experiment.changes import FREE, Changes
 from station.diagnosis.next_experiment.choice import POWER, Bench, Choice, narrowing, separating
+from station.diagnosis.next_experiment.likely_values import likely_values
 from station.diagnosis.next_experiment.on_paper import NOISE, RUNS, on_paper, standard
 from station.diagnosis.next_experiment.open_shapes import open_shapes
 from station.diagnosis.next_experiment.outlook import OTHER, Question, Rival
@@ -113,14 +114,14 @@ def _main(found: Search, effects: Sequence[EffectFound], catalogue: Mapping[str,
 
 
 def asked(evidence: Evidence, found: Search, main: EffectFound, catalogue: Mapping[str, Effect]) -> Question:
-    """Returns the question which member of a class is true: each as it was fitted, with its share of the posterior."""
+    """Returns the question which member of a class is true: each at likely values, with its share of the posterior."""
     comparison = found.compared[main.id]
     shares, beside = comparison.shares(), without_nuisances(comparison.without.model)
     fitted = {one.ids[0]: one for one in comparison.candidates if one.fitted is not None}
     names = [name for name in main.class_ids if name in fitted and name != OTHER]
-    rivals = (open_shapes(evidence, beside, Rival(_term(fitted[name]), shares[name])) for name in names)
+    rivals = (one for name in names for one in _likely(fitted[name], shares[name]))
     return Question(
-        rivals=tuple(one for several in rivals for one in several),
+        rivals=tuple(one for rival in rivals for one in open_shapes(evidence, beside, rival)),
         ids=tuple(main.class_ids),
         beside=beside,
         noise=found.model.noise,
@@ -128,10 +129,12 @@ def asked(evidence: Evidence, found: Search, main: EffectFound, catalogue: Mappi
     )
 
 
-def _term(candidate: Candidate) -> Term:
-    assert candidate.fitted is not None
-    (effect,) = candidate.effects
-    return next(term for term in candidate.fitted.model.terms if term.effect.id == effect.id)
+def _likely(candidate: Candidate, weight: float) -> Iterable[Rival]:
+    """Returns a fitted candidate as a rival, at several values that its fit leaves likely."""
+    fitted, (effect,) = candidate.fitted, candidate.effects
+    assert fitted is not None
+    term = next(term for term in fitted.model.terms if term.effect.id == effect.id)
+    return likely_values(fitted, Rival(term, weight))
 
 
 def _suspicion(found: Search) -> Term | None:
