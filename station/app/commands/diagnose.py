@@ -38,7 +38,6 @@ from station.app.simulating import rig_of
 from station.cluster import cluster
 from station.diagnosis.diagnose import Examined
 from station.diagnosis.predict.folds import named, nested
-from station.diagnosis.report.page import html_page
 from station.diagnosis.report.summary import summary
 from station.diagnosis.result import Diagnosis
 from station.diagnosis.result_json import as_json
@@ -152,6 +151,8 @@ def _write_files(found: Examined, path: Path, options: argparse.Namespace) -> No
     if options.model:
         _write(options.model, tomli_w.dumps(dict(answer.model)), what="model")
     if options.report:
+        from station.diagnosis.report.page import html_page  # noqa: PLC0415  # matplotlib is slow to load
+
         with made_by(_command(answer.recording, options)), kept_in(options.figures):
             motion = "" if path.suffix in TABLES else run_in_motion(path, answer, rig_path=options.rig)
             page = html_page(answer, found.pictures, seed=options.seed, motion=motion)
