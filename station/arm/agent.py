@@ -44,6 +44,8 @@ class _Motion:
     plan: Plan
     run: int
     step: int
+    owner: str = ""
+    """The session that commanded it."""
     began_ns: int = 0
     end_ns: int = 0
     """The time at which the last set-point is due, ns."""
@@ -94,12 +96,9 @@ class ArmAgent:
     def _on_lease(self, message: Message) -> ArmReply:
         if not isinstance(message, LeaseRequest):
             return ArmReply(reason="Expected a LeaseRequest.")
-        before = self._gate.owner
         if refused := self._gate.claim(message, now_ns=self._now_ns):
             self._log(WARNING, f"refused to session {message.owner}: {refused}")
             return ArmReply(reason=refused, stamp_ns=self._now_ns)
-        if before is not None and before != message.owner:
-            self._hold(f"session {message.owner} has taken the arm over from session {before}")
         return ArmReply(accepted=True, stamp_ns=self._now_ns)
 
     def _on_stop(self, message: Message) -> ArmReply:
@@ -134,7 +133,7 @@ class ArmAgent:
         plan = self._tilter.plan(command, elapsed_ns=self._elapsed_ns(), rate_rad_s=rate)
         if reason := self._gate.check(plan.motion.trajectory, now_ns=self._now_ns, reading=self._reading):
             raise UserError(reason)
-        self._pending = _Motion(plan=plan, run=command.run, step=command.step)
+        self._pending = _Motion(plan=plan, run=command.run, step=command.step, owner=command.owner)
 
     def _require_pose(self) -> None:
         """Finds out, before the first motion and after a fault, at which tilt the arm stands."""
@@ -154,6 +153,7 @@ class ArmAgent:
     def tick(self, now_ns: int) -> None:
         """Does everything that is due at `now_ns`: begins what was accepted, watches, drives, publishes."""
         self._now_ns = now_ns
+        self._revoke()
         self._begin_pending()
         self._driver.tick(now_ns)
         self._reading = self._driver.read()
@@ -161,6 +161,22 @@ class ArmAgent:
         self._finish()
         self._publish_state()
         self._publish_lease()
+
+    def _revoke(self) -> None:
+        """Ends what a session has commanded that has lost the arm since, or disarmed: planning and moving take time."""
+        pending, motion = self._pending, self._motion
+        commanded = pending if pending and not pending.own_order else None
+        if commanded and (reason := self._gate.readiness(now_ns=self._now_ns, owner=commanded.owner)):
+            self._give_up(reason)
+        if motion and self._pending is None and (reason := self._gate.revoked(motion.owner)):
+            self._hold(reason)
+
+    def _give_up(self, reason: str) -> None:
+        """Drops what has not begun, and says so to the session that waits for it."""
+        pending, self._pending = self._pending, None
+        if pending is not None and not pending.own_order:
+            never = replace(pending, began_ns=self._now_ns)
+            self._report(never, end_ns=self._now_ns, fault=reason, passing=self._gate.beat_lost())
 
     def _begin_pending(self) -> None:
         if self._pending is None:
@@ -202,15 +218,14 @@ class ArmAgent:
         self._tilter.forget()
 
     def _halt(self, reason: str) -> None:
-        """Stops the motion under way at once, where it is, and says why; nothing if nothing moves."""
-        self._pending = None
-        if self._motion is None:
-            return
+        """Stops the motion under way at once, where it is, and says why; what has not begun never will."""
         motion, self._motion = self._motion, None
-        self._driver.halt(now_ns=self._now_ns)
-        self._tilter.halt(elapsed_ns=self._now_ns - motion.began_ns)
-        self._report(motion, end_ns=self._now_ns, fault=reason)
-        self._log(ERROR, f"motion stopped: {reason}")
+        if motion is not None:
+            self._driver.halt(now_ns=self._now_ns)
+            self._tilter.halt(elapsed_ns=self._now_ns - motion.began_ns)
+            self._report(motion, end_ns=self._now_ns, fault=reason)
+            self._log(ERROR, f"motion stopped: {reason}")
+        self._give_up(reason)
 
     def _hold(self, reason: str, *, passing: bool = False) -> None:
         """Brings a commanded motion to rest smoothly, on the gate's order."""

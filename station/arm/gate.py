@@ -134,6 +134,12 @@ class SafetyGate:
             return "The arm hears no heartbeat of the station: it moves only while `station run` is alive."
         return "" if self._armed else "The arm is not armed: the station's heartbeat does not ask for it."
 
+    def revoked(self, owner: str) -> str:
+        """Returns why a motion of that session may not go on; empty while it has the arm and asks for arming."""
+        if self._lease.owner not in (None, owner):
+            return f"session {self._lease.owner} has taken the arm over from session {owner}"
+        return "" if self._armed else "the session has disarmed the arm"
+
     def check(
         self, trajectory: JointTrajectory, *, now_ns: int, reading: JointReading | None, own_order: bool = False
     ) -> str:
@@ -198,12 +204,13 @@ class SafetyGate:
         return self._station_verdict()
 
     def _station_verdict(self) -> Verdict:
-        if self._lease.beat_ns is None or not self.beat_lost():
+        timeout_ns, watched_ns = self._settings.heartbeat_timeout_s * 1e9, self._lease.watched_ns
+        if watched_ns is None or self._now_ns - watched_ns <= timeout_ns:
             return _GO
-        silent_ns = self._now_ns - self._lease.beat_ns
-        if silent_ns > (self._settings.heartbeat_timeout_s + self._settings.level_after_s) * 1e9:
-            return Verdict(Action.LEVEL, "the station's heartbeat is lost: levelling slowly")
-        return Verdict(Action.HOLD, "the station's heartbeat is lost: holding")
+        why = "the station's heartbeat is lost" if self.beat_lost() else "the arm is disarmed"
+        if self._now_ns - watched_ns > timeout_ns + self._settings.level_after_s * 1e9:
+            return Verdict(Action.LEVEL, f"{why}: levelling slowly")
+        return Verdict(Action.HOLD, f"{why}: holding")
 
     def _following_fault(self, reading: JointReading | None, commanded: Array) -> str:
         if reading is None or self._silent():

@@ -25,6 +25,8 @@ class Lease:
         """The session that has the arm; None while nobody has it."""
         self.beat_ns: int | None = None
         """The stamp of the last sign of life of whoever had the arm last."""
+        self.watched_ns: int | None = None
+        """The stamp of the last heartbeat of an owner that asked for arming: only such a one watches the plate."""
 
     def claim(self, request: LeaseRequest, *, now_ns: int) -> str:
         """Gives the arm to a session, or returns in one sentence why not."""
@@ -45,7 +47,9 @@ class Lease:
         if self.refusal(message.owner, now_ns=now_ns):
             return False
         self._give(message.owner, stamp_ns=message.stamp_ns)
-        if not message.armed:
+        if message.armed:
+            self.watched_ns = message.stamp_ns
+        else:
             self.owner = None
         return True
 

@@ -7,8 +7,9 @@ from unittest.mock import ANY
 
 import pytest
 
+from shared.foxglove import Log
 from shared.geometry import tilt_of
-from shared.messages import ArmLease, Heartbeat, PlatformState
+from shared.messages import REPLACED, ArmLease, Heartbeat, PlatformState
 from station.rig.arm_settings import ArmSettings
 from tests.unit.arm.conftest import FakeRig
 
@@ -112,6 +113,63 @@ def test_after_a_take_over_the_arm_is_armed_by_the_new_session_alone(owned: Fake
     assert "not armed" in owned.command(10, owner="theirs").reason
     beat(owned, "theirs")
     assert owned.command(10, owner="theirs").accepted
+
+
+@pytest.mark.parametrize("armed", [True, False])
+def test_a_command_that_has_not_begun_ends_with_a_take_over(owned: FakeRig, armed: bool) -> None:
+    assert owned.command(20, owner="mine").accepted
+    assert owned.claim("theirs", take_over=True).accepted
+    owned.advance(4, owner="theirs", armed=armed)
+    assert tilt_deg(owned) == pytest.approx(0, abs=1e-6)
+    (report,) = owned.reports
+    assert (report.run, report.step) == (1, 1)
+    assert report.end_ns == report.begin_ns > 0
+    assert report.fault
+
+
+def test_a_command_that_has_not_begun_ends_with_disarming(owned: FakeRig) -> None:
+    assert owned.command(20, owner="mine").accepted
+    beat(owned, "mine", armed=False)
+    owned.advance(4, owner="mine", armed=False)
+    assert tilt_deg(owned) == pytest.approx(0, abs=1e-6)
+    assert [report.fault for report in owned.reports] == [
+        "The arm is not armed: the station's heartbeat does not ask for it."
+    ]
+
+
+def test_who_takes_over_and_commands_at_once_is_obeyed_in_place_of_what_moved(owned: FakeRig) -> None:
+    owned.command(30, owner="mine")
+    owned.advance(1, owner="mine")
+    assert owned.claim("theirs", take_over=True).accepted
+    beat(owned, "theirs")
+    assert owned.command(0, owner="theirs").accepted
+    owned.advance(5, owner="theirs")
+    assert [bool(report.end_ns) for report in owned.reports] == [False, True, False, True]
+    assert owned.reports[1].fault == REPLACED
+    assert tilt_deg(owned) == pytest.approx(0, abs=1e-3)
+
+
+def test_disarming_holds_the_motion_and_the_plate_is_levelled_whoever_beats(owned: FakeRig) -> None:
+    owned.command(60, owner="mine")
+    owned.advance(1, owner="mine")
+    owned.advance(3, owner="mine", armed=False)
+    held = tilt_deg(owned)
+    assert 5 < held < 15
+    assert owned.reports[1].fault == "the session has disarmed the arm"
+    owned.advance(1, owner="mine", armed=False)
+    assert tilt_deg(owned) == pytest.approx(held, abs=1e-6)
+    owned.advance(15, owner="mine", armed=False)
+    assert tilt_deg(owned) == pytest.approx(0, abs=1e-3)
+
+
+def test_who_does_not_arm_watches_no_plate(owned: FakeRig) -> None:
+    owned.command(30, owner="mine")
+    owned.advance(5, owner="mine")
+    owned.advance(2, heartbeat=False)
+    owned.advance(30, owner="theirs", armed=False)
+    assert tilt_deg(owned) == pytest.approx(0, abs=1e-3)
+    said = [message.message for message in owned.of(Log) if isinstance(message, Log)]
+    assert "the arm is disarmed: levelling slowly" in said
 
 
 @pytest.mark.parametrize("ends", ["disarms", "falls silent"])
