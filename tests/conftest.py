@@ -1,11 +1,13 @@
 """For all tests: how long an example takes says something of the machine, and nothing of the program.
 
 A suite that a script has started in the background is told to ignore Ctrl-C, and whatever it starts would ignore it,
-too.
+too. What arm agents keep of their stops goes to a folder that ends with the tests.
 """
 
+import os
 import signal
 
+import pytest
 from hypothesis import settings
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -13,3 +15,8 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 settings.register_profile("repose", deadline=None)
 settings.load_profile("repose")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _states(tmp_path_factory: pytest.TempPathFactory) -> None:  # pyright: ignore[reportUnusedFunction]
+    os.environ["XDG_STATE_HOME"] = str(tmp_path_factory.mktemp("state"))

@@ -30,6 +30,7 @@ from shared.messages import (
 from station.arm.attitude import Attitude
 from station.arm.drivers import Driver, DriverLink, JointReading, load_driver
 from station.arm.gate import Action, SafetyGate
+from station.arm.kept_stop import KeptStop
 from station.arm.tilter import Plan, Tilter
 from station.rig.arm_settings import ArmSettings
 
@@ -62,13 +63,23 @@ class _Motion:
 class ArmAgent:
     """Joins one arm to the bus. Build it with `arm_agent`."""
 
-    def __init__(self, bus: Bus, *, tilter: Tilter, driver: Driver, gate: SafetyGate, settings: ArmSettings) -> None:
+    def __init__(
+        self,
+        bus: Bus,
+        *,
+        tilter: Tilter,
+        driver: Driver,
+        gate: SafetyGate,
+        settings: ArmSettings,
+        kept: KeptStop | None = None,
+    ) -> None:
         self._bus = bus
         self._tilter = tilter
         self._attitude = Attitude(tilter.stage)
         self._driver = driver
         self._gate = gate
         self._settings = settings
+        self._kept = kept
         self._now_ns = 0
         self._published_ns = -1
         self._reading: JointReading | None = None
@@ -106,9 +117,10 @@ class ArmAgent:
         return ArmReply(accepted=True)
 
     def stop(self, reason: str) -> None:
-        """Stops the arm at once, by the bus or by a signal, until the station disarms and arms again."""
+        """Stops the arm at once, by the bus or by a signal, until the next session arms it."""
         self._gate.stop(reason, now_ns=self._now_ns)
         self._halt(f"emergency stop: {reason or 'no reason given'}")
+        self._keep_stop()
 
     def _on_command(self, message: Message) -> ArmReply:
         if not isinstance(message, TiltCommand):
@@ -161,6 +173,7 @@ class ArmAgent:
         self._finish()
         self._publish_state()
         self._publish_lease()
+        self._keep_stop()
 
     def _revoke(self) -> None:
         """Ends what a session has commanded that has lost the arm since, or disarmed: planning and moving take time."""
@@ -287,6 +300,14 @@ class ArmAgent:
             self._leased, self._lease_ns = lease, self._now_ns
             self._bus.publish("arm/lease", ArmLease(self._now_ns, *lease))
 
+    def _keep_stop(self) -> None:
+        """Keeps the stop in force where the next agent of this rig finds it; a new one before it is answered."""
+        try:
+            if self._kept is not None:
+                self._kept.keep(self._gate.stopped)
+        except OSError as fault:
+            self._log(ERROR, f"the next arm agent will not know whether the arm is stopped: {fault}")
+
     def _report(self, motion: _Motion, *, end_ns: int = 0, fault: str = "", passing: bool = False) -> None:
         self._bus.publish(
             "arm/motion",
@@ -318,16 +339,23 @@ _REST_RAD_S = math.radians(0.5)
 
 
 def arm_agent(
-    bus: Bus, settings: ArmSettings, *, driver: Driver | None = None, tilter: Tilter | None = None
+    bus: Bus,
+    settings: ArmSettings,
+    *,
+    driver: Driver | None = None,
+    tilter: Tilter | None = None,
+    kept: KeptStop | None = None,
 ) -> ArmAgent:
     """Returns the agent for the `[arm]` table of a rig: model, placement, driver and gate put together.
 
-    A `tilter` of these settings that has not moved yet brings the paths that it has solved. Raises UserError with one
-    sentence when they do not fit.
+    A `tilter` of these settings that has not moved yet brings the paths that it has solved. `kept` brings the stop that
+    an agent before has left in force; a simulated arm, which nobody can start again, needs none. Raises UserError with
+    one sentence when they do not fit.
     """
     tilter = tilter or Tilter.from_settings(settings)
     if driver is None:
         link = DriverLink(bus=bus, model=tilter.stage.model, options=settings.options)
         driver = load_driver(settings.driver, link=link)
-    gate = SafetyGate(tilter.stage, settings=settings.gate, may_arm=settings.may_arm)
-    return ArmAgent(bus, tilter=tilter, driver=driver, gate=gate, settings=settings)
+    stopped = kept.read() if kept is not None else ""
+    gate = SafetyGate(tilter.stage, settings=settings.gate, may_arm=settings.may_arm, stopped=stopped)
+    return ArmAgent(bus, tilter=tilter, driver=driver, gate=gate, settings=settings, kept=kept)

@@ -2,7 +2,7 @@
 
 A pure object without clock or I/O: it is told the time, the heartbeats, the stops and what the arm measured, and it
 answers. It is read-only until the station's heartbeat asks for arming and the rig allows it. An emergency stop stays
-in force until the station disarms and arms again.
+in force until the next session arms the arm: the one that it came upon goes on beating, and lifts nothing by that.
 """
 
 from __future__ import annotations
@@ -50,7 +50,8 @@ _GO = Verdict(Action.NONE)
 class SafetyGate:
     """Decides about every motion of one arm; `may_arm` is the rig's own permission."""
 
-    def __init__(self, stage: TiltStage, *, settings: GateSettings, may_arm: bool) -> None:
+    def __init__(self, stage: TiltStage, *, settings: GateSettings, may_arm: bool, stopped: str = "") -> None:
+        """`stopped` is the reason of an emergency stop that is in force already."""
         self._stage = stage
         self._settings = settings
         self._may_arm = may_arm
@@ -61,8 +62,9 @@ class SafetyGate:
         self._now_ns = 0
         self._lease = Lease(timeout_s=settings.heartbeat_timeout_s)
         self._armed = False
-        self._stopped = ""
-        self._acknowledged = False
+        self._stopped = stopped
+        self._acknowledged: str | None = None
+        """The session that has claimed the arm, or disarmed, since the stop."""
         self._stamp_ns = -1
         self._fresh_ns = 0
         self._off_since_ns: int | None = None
@@ -84,8 +86,8 @@ class SafetyGate:
             return
         self._armed = message.armed
         if not message.armed:
-            self._acknowledged = True
-        elif self._acknowledged:
+            self._acknowledged = message.owner
+        elif self._acknowledged == message.owner:
             self._stopped = ""  # a plate that was stopped stands still until somebody asks for motion again
 
     def claim(self, request: LeaseRequest, *, now_ns: int) -> str:
@@ -94,6 +96,8 @@ class SafetyGate:
         before = self._lease.owner
         refused = self._lease.claim(request, now_ns=self._now_ns)
         self._armed = self._armed and self._lease.owner == before
+        if not refused:
+            self._acknowledged = request.owner
         return refused
 
     @property
@@ -107,9 +111,9 @@ class SafetyGate:
         return self._stopped
 
     def stop(self, reason: str, *, now_ns: int) -> None:
-        """Puts an emergency stop in force, until the station disarms and arms again."""
+        """Puts an emergency stop in force, until a session arms the arm that has claimed it, or disarmed, since."""
         self._see(now_ns)
-        self._stopped, self._acknowledged = reason or "emergency stop", False
+        self._stopped, self._acknowledged = reason or "emergency stop", None
 
     # --- what is allowed ----------------------------------------------------------------------------------------------
 

@@ -34,7 +34,7 @@ from station.sampling.phases import Phases, Reach
 from station.sampling.plan import Plan
 from station.sampling.run import Specimen
 from station.sampling.state import FROZEN, LATE
-from station.sampling.timeouts import not_begun, overdue
+from station.sampling.timeouts import in_force, not_begun, overdue
 
 INPUTS = (
     *("camera/corners", "camera/geometry", "camera/calibration", "arm/platform", "arm/motion", "arm/reply"),
@@ -220,10 +220,22 @@ class SamplingMachine:
         state = self._state
         state.stopped = message.stopped
         if state.owner and message.owner and message.owner != state.owner:
-            fault = f"another session ({message.owner}) has taken the arm over"
-            state.event("ABORTED", fault)
-            state.say("error", f"run {state.run.number} aborted: {fault}")
-            state.finish(fault)
+            self._end(f"another session ({message.owner}) has taken the arm over")
+
+    def _end(self, fault: str) -> None:
+        """Ends the session, and the run under way, without asking anything more of the arm."""
+        state = self._state
+        state.event("ABORTED", fault)
+        state.say("error", f"run {state.run.number} aborted: {fault}")
+        state.finish(fault)
+
+    def _end_stopped(self) -> None:
+        """Ends the session that a stop came upon; a run that its halted motion has ended is not ended again."""
+        fault = in_force(self._state.stopped)
+        if self._state.phase == "ABORTED":
+            self._state.finish(fault)
+        else:
+            self._end(fault)
 
     def _on_motion(self, message: MotionReport) -> None:
         state = self._state
@@ -258,7 +270,8 @@ class SamplingMachine:
 
     def _begin(self) -> None:
         state, geometry, attitude = self._state, self._tracks.geometry is not None, bool(self._tracks.attitude_ns)
-        if geometry and attitude and state.found_ns:
+        # A stop of before is told until this session's first heartbeat has lifted it.
+        if geometry and attitude and state.found_ns and not state.stopped:
             self._phases.synchronise()
         elif fault := not_begun(state, geometry=geometry, attitude=attitude):
             state.say("error", fault)
@@ -271,10 +284,10 @@ class SamplingMachine:
             state.run.disturb("cut")
         if state.phase == "START":
             self._begin()
+        elif state.stopped:
+            self._end_stopped()
         elif state.phase == "PAUSED":
             self._phases.next_run()
-        elif state.phase == "ABORTED" and state.stopped:
-            state.finish(f"the arm is stopped ({state.stopped}): look at the rig, then start a session to go on")
         elif state.phase == "ABORTED" and state.outage:
             if self._outage.over():
                 self._phases.next_run()

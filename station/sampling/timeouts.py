@@ -59,10 +59,17 @@ def _blind(state: State, seconds: float) -> str:
     )
 
 
+def in_force(stop: str) -> str:
+    """Returns why a session ends while the arm is stopped, in one sentence; `stop` is the reason of the stop."""
+    return f"the arm is stopped ({stop}): look at the rig, then start a session to go on"
+
+
 def not_begun(state: State, *, geometry: bool, attitude: bool) -> str:
     """Returns the reason why the session cannot begin, in one sentence; empty while it is too early to say."""
     if not state.waited(state.plan.timeout_s):
         return ""
+    if state.stopped:
+        return in_force(state.stopped)
     missing = {
         "the camera's geometry (camera/geometry)": geometry,
         "the plate's attitude (arm/platform)": attitude,

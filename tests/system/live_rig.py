@@ -70,12 +70,14 @@ class Rig:
         samples: int = 50,
         faults: int = 5,
         outage_s: float = 0.0,
+        dwell_s: float = 0.5,
         name: str = "run",
         file: Path | None = None,
     ) -> Path:
         """Starts a session that records to `out`; its process is `name`."""
         plan, path = self.folder / f"{out}.toml", self.folder / out
-        plan.write_text(FAST.format(samples=samples, faults=faults, outage_s=outage_s), encoding="utf-8")
+        text = FAST.format(samples=samples, faults=faults, outage_s=outage_s)
+        plan.write_text(f"{text}[dwell]\nmin_s = {dwell_s}\nmax_s = {dwell_s}\n", encoding="utf-8")
         words = ("run", "--rig", str(file or self.file), "--plan", str(plan), "--out", str(path))
         self.processes[name] = start("station", *words, *more)
         return path

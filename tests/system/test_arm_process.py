@@ -89,7 +89,7 @@ def station(tmp_path: Path) -> Generator[Station]:
     with ExitStack() as stack:
         for command in ("twin", "arm"):
             arguments = [sys.executable, "-m", "station", command, "--rig", str(path)]
-            child = stack.enter_context(process(arguments, {}))
+            child = stack.enter_context(process(arguments, {"XDG_STATE_HOME": str(tmp_path)}))
         bus = stack.enter_context(ZenohBus(rig.id, listen=[ends["station"]], connect=rig.bus.peers("station")))
         opened = Station(bus, clock, child, path)  # pyright: ignore[reportPossiblyUnboundVariable] - the loop runs twice
         bus.subscribe("arm/motion", opened.receive)

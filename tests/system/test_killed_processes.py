@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
+import signal
 import time
 
 import pytest
 
+from station.__main__ import main
 from station.recording.reader import open_recording
 from tests.system.live_rig import Rig, decided_the_same, events_of, samples_of, tilt_of
 
@@ -70,6 +72,34 @@ def test_a_killed_arm_agent_is_named_and_a_new_one_levels_first_and_goes_on(rig:
     assert "LEVEL" in {event.phase for event in events[first:]}
     assert len(samples_of(open_recording(path))) == 1
     assert decided_the_same(path)
+
+
+def test_a_stop_that_the_session_could_not_hear_outlives_the_arm_agent_and_ends_that_session_alone(rig: Rig):
+    path = rig.session("stopped.mcap", dwell_s=20.0)
+    rig.wait("a dwell", lambda: bool(rig.phases()) and rig.phases()[-1][1] == "DWELL")
+    station = rig.processes["run"]
+    station.send_signal(signal.SIGSTOP)
+    try:
+        assert main(["arm", "stop", "--rig", str(rig.file), "--reason", "a hand in the rig"]) == 0
+        rig.kill("arm")
+        rig.wait("the arm agent to be gone", lambda: "arm" not in rig.bus.alive(), running="")
+        rig.start("arm")
+        rig.wait("a new arm agent", lambda: "arm" in rig.bus.alive(), running="")
+        again_ns = time.time_ns()
+    finally:
+        station.send_signal(signal.SIGCONT)
+    status, printed = rig.ended()
+    assert status == 1
+    assert "the arm is stopped (a hand in the rig)" in " ".join(printed.split())
+    rig.wait("an attitude", lambda: rig.listen("arm/platform")[-1].receive_ns > again_ns, running="")
+    assert rig.tilt_rad() < 0.002
+    assert not rig.messages("arm/motion", since_ns=again_ns)
+    assert decided_the_same(path)
+
+    path = rig.session("next.mcap", samples=1)
+    status, printed = rig.ended()
+    assert status == 0, printed
+    assert len(samples_of(open_recording(path))) == 1
 
 
 def test_an_arm_agent_that_stays_away_ends_the_session_in_words(rig: Rig):

@@ -196,7 +196,7 @@ class Watched:
         else:
             yield health.camera(status if isinstance(status, AgentStatus) else None, nominal_hz=self._nominal_hz)
         unheard = self._silent(PlatformState)
-        # A stop is told once a second while it is in force: a new arm agent knows of none, and says nothing.
+        # A stop is told once a second while it is in force: one that is told no longer is over, or nobody knows of it.
         fault = ("" if self._silent(ArmLease) else self._arm_stopped) or self._arm_fault
         if unheard and not fault:
             yield health.silence("arm", unheard, ended=ended)

@@ -151,7 +151,7 @@ def test_a_stopped_arm_is_not_well_however_it_was_stopped(tmp_path: Path) -> Non
 
 
 def test_a_stop_that_is_no_longer_told_is_over(tmp_path: Path) -> None:
-    """An arm agent that has been started anew knows of no stop, and has no lease to publish."""
+    """An arm agent that could not keep the stop is started anew without one, and has no lease to publish."""
     clock = Clock()
     watch = watched(tmp_path, until_s=1.0, clock=clock)
     watch.take(Received("arm/lease", 1, ArmLease(1, "mine", "by hand")))

@@ -24,6 +24,7 @@ from shared.messages import (
     TiltCommand,
 )
 from station.arm.agent import ArmAgent, arm_agent
+from station.arm.kept_stop import KeptStop
 from station.arm.tilt_path import TiltStage, tilt_stage
 from station.rig.arm_model import ArmModel, load_arm_model
 from station.rig.arm_settings import ArmSettings
@@ -44,10 +45,10 @@ def stage(model: ArmModel) -> TiltStage:
 class FakeRig:
     """An arm agent in simulated time with an arm that goes where it is told; `disturb` changes what it measures."""
 
-    def __init__(self, settings: ArmSettings) -> None:
+    def __init__(self, settings: ArmSettings, *, kept: KeptStop | None = None) -> None:
         self.clock = SimulatedClock()
         self.bus = MemoryBus(self.clock)
-        self.agent: ArmAgent = arm_agent(self.bus, settings)
+        self.agent: ArmAgent = arm_agent(self.bus, settings, kept=kept)
         model = load_arm_model(settings.model)
         self.names = model.joint_names
         self.position: tuple[float, ...] = model.home_rad

@@ -92,6 +92,27 @@ def test_a_stop_is_published_and_holds_the_plate_until_the_arm_is_armed_again(ow
     assert owned.of(ArmLease)[-1] == ArmLease(ANY, "mine", "")
 
 
+def test_the_next_session_lifts_a_stop_that_came_between_two(owned: FakeRig) -> None:
+    owned.advance(0.1, armed=False, owner="mine")
+    owned.stop("by hand")
+    assert owned.claim("theirs").accepted
+    owned.advance(0.1, heartbeat=False)
+    assert owned.of(ArmLease)[-1] == ArmLease(ANY, "theirs", "by hand"), "a claim alone moves nothing"
+    owned.advance(0.1, owner="theirs")
+    assert owned.of(ArmLease)[-1] == ArmLease(ANY, "theirs", "")
+    assert owned.command(10, owner="theirs").accepted
+
+
+def test_the_session_that_was_stopped_lifts_nothing_whoever_disarmed(owned: FakeRig) -> None:
+    """It may be stopped itself (SIGSTOP) until its time is over, and know nothing of all that happened meanwhile."""
+    owned.stop("by hand")
+    owned.advance(2, heartbeat=False)
+    owned.advance(0.5, owner="theirs", armed=False)
+    owned.advance(1, owner="mine")
+    assert owned.of(ArmLease)[-1] == ArmLease(ANY, "mine", "by hand")
+    assert "stopped (by hand)" in owned.command(10, owner="mine").reason
+
+
 def test_who_takes_over_stops_the_motion_and_is_obeyed_alone(owned: FakeRig) -> None:
     owned.command(30, owner="mine")
     owned.advance(1, owner="mine")

@@ -409,10 +409,47 @@ def test_an_emergency_stop_ends_the_session_and_begins_no_further_run():
     assert rig.phases()[-1] == "ABORTED"
 
 
+@pytest.mark.parametrize("phase", ["SYNC", "LEVEL", "DWELL", "REFERENCE", "TILT", "SLIP", "SETTLE", "RETURN", "DONE"])
+def test_an_emergency_stop_ends_the_session_in_any_phase_and_asks_nothing_more_of_the_arm(phase: str):
+    """One with nothing moving ended nothing: an arm agent that was started anew was commanded by the same session."""
+    rig = ScriptedRig(Plan(samples=3), owner="mine")
+    rig.run(120.0, until=lambda rig: rig.machine.phase == phase)
+    assert rig.machine.phase == phase
+    commands = len(rig.commands)
+    rig.give(ArmLease(rig.now_ns, "mine", "by hand"))
+    rig.give(Heartbeat(rig.now_ns, armed=True, owner="mine"))
+    fault = "the arm is stopped (by hand): look at the rig, then start a session to go on"
+    assert rig.fault == fault
+    assert (rig.phases()[-1], rig.events[-1].reason) == ("ABORTED", fault)
+    rig.give(ArmLease(rig.now_ns, "mine"))
+    rig.run(20.0, until=lambda _: False)
+    assert len(rig.commands) == commands
+
+
+def test_an_emergency_stop_ends_a_paused_session():
+    rig = paused_in_first_run()
+    commands = len(rig.commands)
+    rig.give(ArmLease(rig.now_ns, "", "by hand"))
+    rig.run(1.0)
+    assert rig.fault == "the arm is stopped (by hand): look at the rig, then start a session to go on"
+    assert len(rig.commands) == commands
+
+
+def test_a_session_does_not_begin_while_the_arm_is_stopped():
+    rig = ScriptedRig(Plan(samples=1), owner="mine")
+    rig.give(Heartbeat(rig.now_ns, armed=True, owner="mine"))
+    rig.give(ArmLease(rig.now_ns, "mine", "by hand"))
+    rig.run(20.0)
+    assert rig.fault == "the arm is stopped (by hand): look at the rig, then start a session to go on"
+    assert not rig.commands
+
+
 def test_a_stop_that_was_lifted_before_the_session_began_ends_nothing():
     rig = ScriptedRig(Plan(samples=1), owner="mine")
-    rig.run(1.0)
+    rig.give(Heartbeat(rig.now_ns, armed=True, owner="mine"))
     rig.give(ArmLease(rig.now_ns, "mine", "by hand"))
+    rig.run(0.5)
+    assert not rig.commands
     rig.give(ArmLease(rig.now_ns, "mine"))
     assert finished(rig).fault == ""
 

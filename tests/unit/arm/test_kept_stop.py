@@ -1,0 +1,94 @@
+"""An emergency stop outlives the arm agent, and ends with the next session."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from unittest.mock import ANY
+
+import pytest
+
+from shared.errors import UserError
+from shared.foxglove import Log
+from shared.messages import ArmLease
+from station.arm.kept_stop import KeptStop, kept_stop
+from station.rig.arm_settings import ArmSettings
+from tests.unit.arm.conftest import FakeRig
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "repose" / "rig.stopped"
+
+
+def agent(path: Path) -> FakeRig:
+    return FakeRig(ArmSettings(), kept=KeptStop(path))
+
+
+@pytest.fixture
+def killed(path: Path) -> Path:
+    """The place of the stop of an agent that was killed, with the plate at rest, while the session "mine" went on."""
+    first = agent(path)
+    assert first.claim("mine").accepted
+    first.advance(0.2, owner="mine")
+    assert first.stop("a hand in the rig").accepted
+    return path
+
+
+def test_an_agent_that_is_started_again_does_not_obey_the_session_that_was_stopped(killed: Path) -> None:
+    second = agent(killed)
+    second.advance(2.0, owner="mine")
+    assert "stopped (a hand in the rig)" in second.command(20, owner="mine").reason
+    second.advance(2.0, owner="mine")
+    assert not second.reports
+    assert second.of(ArmLease)[-1] == ArmLease(ANY, "mine", "a hand in the rig")
+
+
+def test_an_agent_that_is_started_again_obeys_the_next_session(killed: Path) -> None:
+    second = agent(killed)
+    second.advance(0.2, owner="mine")
+    second.advance(0.2, owner="mine", armed=False)
+    assert second.claim("theirs").accepted
+    second.advance(0.2, owner="theirs")
+    assert second.command(20, owner="theirs").accepted
+    third = agent(killed)
+    third.advance(0.2, owner="theirs")
+    assert third.command(20, owner="theirs").accepted, "a stop that was lifted is not kept"
+
+
+def test_an_agent_that_was_not_stopped_leaves_nothing(path: Path) -> None:
+    agent(path).advance(0.2, owner="mine")
+    assert not path.parent.exists()
+
+
+def test_a_stop_that_cannot_be_kept_holds_all_the_same_and_that_is_said_once(path: Path) -> None:
+    path.parent.write_text("no folder")
+    rig = FakeRig(ArmSettings(), kept=_Unkept(path))
+    rig.advance(0.2)
+    assert rig.stop("by hand").accepted
+    rig.advance(1.0)
+    assert "stopped (by hand)" in rig.command(20).reason
+    said = [line.message for line in rig.of(Log) if isinstance(line, Log) and "will not know" in line.message]
+    assert len(said) == 1
+
+
+class _Unkept(KeptStop):
+    def read(self) -> str:
+        return ""
+
+
+def test_what_cannot_be_read_lets_no_agent_start(path: Path) -> None:
+    path.mkdir(parents=True)
+    with pytest.raises(UserError, match="whether an emergency stop is in force"):
+        KeptStop(path).read()
+
+
+def test_a_file_that_was_cut_off_is_a_stop(path: Path) -> None:
+    path.parent.mkdir()
+    path.touch()
+    assert KeptStop(path).read() == "emergency stop"
+
+
+def test_each_rig_has_a_place_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    kept_stop("one").keep("by hand")
+    assert (kept_stop("one").read(), kept_stop("two").read()) == ("by hand", "")
