@@ -8,15 +8,18 @@ from collections.abc import Collection
 import rerun as rr
 import rerun.blueprint as rrb
 
+from shared.topics import ANGLE_PREFIX
 from station.view import entities
 from station.view.entities import ELAPSED
 from station.view.setup import Setup
 
 _LIVE_WINDOW_S = 30.0
 _ASIDE_DEG = -35.0
-_BLOCK = "Block: slide and height (mm)"
+_TILT = "Tilt (°): measured (blue), commanded (grey), slip onset (red)"
+_CORNERS = "corners' threshold of a slip (red)"
+_BLOCK = "Block (mm): slide (orange), height (blue)"
 _BLOCK_BESIDE = "Block: slide, recorded (orange) and simulated before (grey) and after (green); height (blue); mm"
-"""A legend of four curves would be higher than the panel, and cover them."""
+"""Names say the colours: a low panel is full of curves, and its legend would cover some in each of its corners."""
 _DISPLACEMENT_RANGE_PX = (0.0, 110.0)
 """Thresholds reach 78 px at 68°. The viewer numbers powers of ten alone where a panel is low: 0 and 100 have to be in
 it (`station replay tests/golden/session.mcap --screenshot out.png`)."""
@@ -34,10 +37,10 @@ def layout(topics: Collection[str], *, setup: Setup, live: bool = False, diagnos
         upper.insert(0, _camera(setup))
     window = _window() if live else None
     shares = [5 if diagnosed else 4]
-    curves: list[rrb.View | rrb.Container] = [_curves("plots/tilt", "Tilt (°)", window)]
-    block = _curves("plots/block", _BLOCK_BESIDE if diagnosed else _BLOCK, window, legend=not diagnosed)
+    curves: list[rrb.View | rrb.Container] = [_tilt(topics, window, corners_below=camera and not diagnosed)]
+    block = _curves("plots/block", _BLOCK_BESIDE if diagnosed else _BLOCK, window)
     if diagnosed:  # the marked stretches need the room of a row: the corners stand behind the block
-        curves.append(rrb.Tabs(block, _displacement(window, name="Corners")) if camera else block)
+        curves.append(rrb.Tabs(block, _displacement(window, name=f"Corners (px); {_CORNERS}")) if camera else block)
         shares.append(4)
     elif camera:
         curves.append(_displacement(window))
@@ -55,7 +58,7 @@ def layout(topics: Collection[str], *, setup: Setup, live: bool = False, diagnos
             rrb.TextLogView(
                 origin="log", name="Log", columns=rrb.TextLogColumns(text_log_columns=["loglevel", "body"])
             ),
-            _curves("health", "Health", window),
+            _curves("health", "Health", window, legend=True),
         ),
     )
     pictures = rrb.Vertical(rrb.Horizontal(*upper), lower, row_shares=[5, 6])
@@ -86,7 +89,16 @@ def _window() -> list[rr.VisibleTimeRange]:
     return [rr.VisibleTimeRange(ELAPSED, start=start, end=rr.TimeRangeBoundary.cursor_relative())]
 
 
-def _curves(origin: str, name: str, window: list[rr.VisibleTimeRange] | None, *, legend: bool = True) -> rrb.View:
+def _tilt(topics: Collection[str], window: list[rr.VisibleTimeRange] | None, *, corners_below: bool) -> rrb.View:
+    """Returns the tilt; further sensors of the angle have names and colours that only a legend can tell.
+
+    Its heading has the room for what the narrow ones of the corners below it cannot say.
+    """
+    sensors = any(topic.startswith(ANGLE_PREFIX) for topic in topics)
+    return _curves("plots/tilt", f"{_TILT}; below: {_CORNERS}" if corners_below else _TILT, window, legend=sensors)
+
+
+def _curves(origin: str, name: str, window: list[rr.VisibleTimeRange] | None, *, legend: bool = False) -> rrb.View:
     return rrb.TimeSeriesView(
         origin=origin,
         name=name,
@@ -106,18 +118,15 @@ def _displacement(window: list[rr.VisibleTimeRange] | None, *, name: str | None 
 
 
 def _corner(number: int, path: str, window: list[rr.VisibleTimeRange] | None) -> rrb.View:
-    """Returns one corner's displacement; above the slip threshold nothing more is decided, so the axis ends there.
-
-    The first panel tells for all what the curves are.
-    """
+    """Returns one corner's displacement; above the slip threshold nothing more is decided, so the axis ends there."""
     return rrb.TimeSeriesView(
         origin="plots/displacement",
         contents=[f"/{path}", f"/{entities.THRESHOLD}"],
-        name=f"Corner {number}",
+        name=f"Corner {number} (px)",
         time_ranges=window,
         axis_x=_linked(),
         axis_y=rrb.ScalarAxis(range=_DISPLACEMENT_RANGE_PX, zoom_lock=True),
-        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=number == 0),
+        plot_legend=rrb.PlotLegend(visible=False),
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -222,14 +223,35 @@ def test_a_low_panel_of_a_corner_has_two_numbers() -> None:
     assert 100.0 < high < 150.0
 
 
-def test_beside_simulations_no_legend_covers_the_slides_and_the_corners_stand_behind_them() -> None:
-    """Legends were higher than their panels, and the rows of marked stretches were cut at the lower edge."""
+@pytest.mark.parametrize("diagnosed", [False, True])
+def test_no_legend_covers_a_curve_of_the_rig(diagnosed: bool) -> None:
+    """Legends lay over the tilt and over the first corner; names say the colours."""
+    root = layout({"camera/corners", "block/pose"}, setup=Setup(), diagnosed=diagnosed).root_container
+    curves = [view for view in _views(root) if type(view) is rrb.TimeSeriesView and view.origin != "health"]
+    assert len(curves) == 6
+    assert not any(map(_has_legend, curves))
+    said = " ".join(str(part.name) for part in _parts(root))
+    assert re.search(r"measured \(blue\).*threshold of a slip \(red\)", said)
+    assert "height (blue)" in said
+
+
+def test_further_sensors_of_the_angle_have_a_legend() -> None:
+    root = layout({"arm/platform", "angle/imu"}, setup=Setup()).root_container
+    (tilt,) = (view for view in _views(root) if view.origin == "plots/tilt")
+    assert _has_legend(tilt) is True
+
+
+def test_beside_simulations_the_corners_stand_behind_the_slides() -> None:
+    """The rows of marked stretches were cut at the lower edge."""
     root = layout({"camera/corners", "block/pose"}, setup=Setup(), diagnosed=True).root_container
     (slides,) = (view for view in _views(root) if view.origin == "plots/block")
-    assert slides.properties["PlotLegend"].visible.as_arrow_array().to_pylist() == [False]
     assert all(word in slides.name for word in ("recorded", "before", "after", "height"))
     (tabs,) = (part for part in _parts(root) if isinstance(part, rrb.Tabs) and slides in part.contents)
     assert sum(view.origin == "plots/displacement" for view in _views(tabs)) == 4
+
+
+def _has_legend(view: Any) -> bool:
+    return view.properties["PlotLegend"].visible.as_arrow_array().to_pylist()[0]
 
 
 def _parts(part: Any) -> Iterator[Any]:
