@@ -86,13 +86,7 @@ def _path(signals: Signals) -> BlockPath:
 
 def _stretches(diagnosis: Diagnosis) -> tuple[Stretch, ...]:
     return tuple(
-        Stretch(
-            run=one.run,
-            from_ns=one.from_ns,
-            to_ns=one.to_ns,
-            lane=f"{place.phase}: {place.covariate}",
-            why=place.summary,
-        )
+        Stretch(run=one.run, from_ns=one.from_ns, to_ns=one.to_ns, phase=place.phase, why=place.summary)
         for place in diagnosis.located
         for one in place.windows
     )

@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 
 from shared.geometry import Array
 from station.view import colours, entities
+from station.view.canvas import named
 from station.view.entities import ELAPSED, TIME
 from station.view.setup import Setup
 
 Times = NDArray[np.int64]
 _LIFT_M = 1e-3
 _STEP_M = 2e-4
-_QUIET = "quiet"
+_DIFFERS, _QUIET = "differs", "quiet"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -47,12 +48,12 @@ class Ghost:
 
 @dataclass(frozen=True, kw_only=True)
 class Stretch:
-    """A stretch of the recording to be marked: in which run, from when to when, in which lane, and why."""
+    """A stretch of the recording to be marked: in which run, from when to when, in which phase, and why."""
 
     run: int
     from_ns: int
     to_ns: int
-    lane: str
+    phase: str
     why: str
 
 
@@ -67,9 +68,9 @@ class Overlay:
     words: str = ""
 
     @property
-    def lanes(self) -> tuple[str, ...]:
-        """The stretches' lanes in order."""
-        return tuple(dict.fromkeys(stretch.lane for stretch in self.stretches))
+    def phases(self) -> tuple[str, ...]:
+        """The phases of the stretches, each once."""
+        return tuple(dict.fromkeys(stretch.phase for stretch in self.stretches))
 
 
 def draw_overlay(recording: rr.RecordingStream, overlay: Overlay, *, setup: Setup, start_ns: int) -> None:
@@ -150,14 +151,17 @@ def _thinned(path: Path) -> tuple[Times, Array]:
 
 
 def _draw_lanes(clock: _Clock, overlay: Overlay) -> None:
-    """Draws a lane of the state timeline for each kind of stretch: marked where it stands out."""
-    for number, lane in enumerate(overlay.lanes):
-        entity = f"{entities.LOCATED}{number + 1}"
+    """Draws a lane of the state timeline for each phase of a run that has stretches: marked where something stands out.
+
+    A lane for each thing that stands out would push the run's own lane out of the panel; the log tells them apart.
+    """
+    for phase in overlay.phases:
+        entity = named(entities.LOCATED, phase)
         shades = [colours.LOCATED, colours.QUIET]
-        clock.recording.log(entity, rr.StateConfiguration(values=[lane, _QUIET], colors=shades), static=True)
-        own = [(one.from_ns, one.to_ns) for one in overlay.stretches if one.lane == lane]
+        clock.recording.log(entity, rr.StateConfiguration(values=[_DIFFERS, _QUIET], colors=shades), static=True)
+        own = [(one.from_ns, one.to_ns) for one in overlay.stretches if one.phase == phase]
         for from_ns, to_ns in joined(own):
-            clock.log(from_ns, entity, rr.StateChange(state=lane))
+            clock.log(from_ns, entity, rr.StateChange(state=_DIFFERS))
             clock.log(max(to_ns, from_ns + 1), entity, rr.StateChange(state=_QUIET))
 
 

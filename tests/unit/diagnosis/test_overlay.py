@@ -24,7 +24,7 @@ GHOSTS = "/world/platform/simulated/"
 
 
 def diagnosis(*, claimed: bool = True) -> Diagnosis:
-    """Returns the golden session's diagnosis, as if friction had a direction and the second run's onset stood out."""
+    """Returns the golden session's diagnosis, as if friction had a direction and one onset stood out twice."""
     recorded, _ = golden()
     sample = recorded.samples[1]
     effect = catalogue()["plate_anisotropy"]
@@ -41,7 +41,7 @@ def diagnosis(*, claimed: bool = True) -> Diagnosis:
         grained().diagnosis,
         verdict="supported" if claimed else "not supported",
         mu_s=Value(value=0.35, sd=0.01, unit="1"),
-        located=(place,),
+        located=(place, replace(place, covariate="tilt", summary="onset: the friction changes with the tilt")),
         effects=(found,) if claimed else (),
         model=table_of_model(Model(mu_s=0.35, terms=(term,))),
     )
@@ -63,8 +63,9 @@ def test_recorded_and_simulated_blocks_stand_in_one_file(tmp_path: Path) -> None
         assert rows[f"{GHOSTS}{name}/way"] == 3  # one for each run
         assert rows[f"/plots/block/simulated/{name}"] > 100
     assert rows["/world/platform/block"] > 100
-    assert rows["/state/located/1"] == 3  # its meaning, and where it begins and ends
-    assert rows["/log/diagnosis"] == 1
+    assert [name for name in rows if name.startswith("/state/located/")] == ["/state/located/onset"]
+    assert rows["/state/located/onset"] == 3  # its meaning, and where it begins and ends
+    assert rows["/log/diagnosis"] == 2
     assert rows["/world/platform/located"] == 2
     assert rows["/diagnosis"] == 1
 
