@@ -31,8 +31,11 @@ def kept_in(folder: Path | None) -> Generator[None]:
 
 
 def figure(drawing: str, caption: Caption) -> str:
-    """Returns a drawing, which is HTML already, with its caption: every figure of every page is made here."""
-    return f"<figure>{drawing}{caption.html}</figure>"
+    """Returns a drawing, which is HTML already, with its caption: every figure of every page is made here.
+
+    On a narrow page the drawing scrolls, and its caption stays.
+    """
+    return f'<figure><div class="wide">{drawing}</div>{caption.html}</figure>'
 
 
 def drawn(drawing: Any, caption: Caption, *, name: str, alt: str) -> str:

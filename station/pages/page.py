@@ -31,8 +31,8 @@ th, td { padding: .2rem .7rem; vertical-align: top; }
 th { border-bottom: 1px solid var(--rule); white-space: nowrap; } td { border-bottom: 1px solid var(--line); }
 .note, figcaption, footer { color: var(--faint); font-size: .85rem; max-width: 50rem; }
 li.finding { color: var(--bad); }
-figure { margin: 1.5rem 0; overflow-x: auto; }
-/* On a phone a drawing scrolls within its own box: at the page's width its letters would have three pixels. */
+figure { margin: 1.5rem 0; }
+/* On a phone a drawing scrolls within a box (.wide): at the page's width its letters would have three pixels. */
 figure img, figure svg { max-width: max(100%, 48rem); height: auto; background: #fff; color: #000; border-radius: 4px; }
 @media screen and (prefers-color-scheme: dark) {
 /* White becomes the paper (1 - .91) and black the ink, while colours keep their hues. */

@@ -29,6 +29,13 @@ CUT = """[...document.querySelectorAll(".wide")].filter(one => one.scrollWidth >
 .map(one => one.querySelector("caption").innerText)"""
 """The captions of the tables that are wider than the page."""
 
+HIDDEN = """(() => {
+const wide = [...document.querySelectorAll("figure, figure *")].filter(one => one.scrollWidth > one.clientWidth + 1);
+wide.forEach(one => one.scrollLeft = one.scrollWidth);
+return [...document.querySelectorAll("figcaption")].map(one => one.getBoundingClientRect())
+.filter(box => box.left < 0 || box.right > innerWidth).length; })()"""
+"""The captions of which a part is beside the page once every drawing has scrolled to its end."""
+
 LETTERS = """[...document.querySelectorAll("figure svg text")].map(one => one.getBoundingClientRect())
 .map(box => Math.min(box.width, box.height)).filter(height => height > 0)"""
 """The heights of the lines of text in the drawings, px."""
@@ -60,6 +67,7 @@ def test_a_drawing_keeps_its_letters_on_a_phone_and_scrolls_in_its_own_box(tmp_p
         heights = page.of(LETTERS)
         assert len(heights) > 50
         assert np.median(heights) >= 7.0, "px; nobody reads smaller letters"
+        assert page.of(HIDDEN) == 0, "the captions stay while their drawings scroll"
         assert page.of("document.documentElement.scrollWidth") <= 390
 
 
