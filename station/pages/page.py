@@ -38,6 +38,8 @@ figure img, figure svg { max-width: max(100%, 48rem); height: auto; background: 
 /* White becomes the paper (1 - .91) and black the ink, while colours keep their hues. */
 figure img, figure svg { filter: invert(.91) hue-rotate(180deg); }
 }
+/* The same holds for a table of many columns, whose sentences would have a word a line. */
+@media screen and (max-width: 48rem) { .wide table:has(th:nth-child(6)) { min-width: 48rem; } }
 pre, code { background: var(--card); } code { overflow-wrap: anywhere; } pre { padding: .8rem; overflow-x: auto; }
 $style
 @media print {

@@ -36,6 +36,10 @@ return [...document.querySelectorAll("figcaption")].map(one => one.getBoundingCl
 .filter(box => box.left < 0 || box.right > innerWidth).length; })()"""
 """The captions of which a part is beside the page once every drawing has scrolled to its end."""
 
+NARROWEST = """Math.min(...[...document.querySelectorAll("td")].filter(one => one.innerText.length > 60)
+.map(one => one.clientWidth))"""
+"""The width of the narrowest cell with a sentence in it, px."""
+
 LETTERS = """[...document.querySelectorAll("figure svg text")].map(one => one.getBoundingClientRect())
 .map(box => Math.min(box.width, box.height)).filter(height => height > 0)"""
 """The heights of the lines of text in the drawings, px."""
@@ -67,6 +71,7 @@ def test_a_drawing_keeps_its_letters_on_a_phone_and_scrolls_in_its_own_box(tmp_p
         heights = page.of(LETTERS)
         assert len(heights) > 50
         assert np.median(heights) >= 7.0, "px; nobody reads smaller letters"
+        assert page.of(NARROWEST) >= 100, "px; a sentence in a narrower column has a word a line"
         assert page.of(HIDDEN) == 0, "the captions stay while their drawings scroll"
         assert page.of("document.documentElement.scrollWidth") <= 390
 
