@@ -1,4 +1,4 @@
-"""Texts of a figure that nobody can read: cut at its edge, or lying over one another."""
+"""Texts of a figure that nobody can read: cut at its edge, or lying over one another or on a line."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _DPI, _SLACK_PX = 100.0, 1.0
 
 
 def illegible(figure: Any) -> list[str]:
-    """Returns a line for each text of a figure that is cut at the figure's edge or lies over another text."""
+    """Returns a line for each text of a figure that is cut at the figure's edge or lies over another text or a line."""
     figure.set_dpi(_DPI)
     canvas = FigureCanvasAgg(figure)
     texts = _drawn(canvas)
@@ -24,7 +24,19 @@ def illegible(figure: Any) -> list[str]:
     cut = [f"cut: {text.get_text()}" for text, box in boxes if not _inside(box, width, height)]
     upright = [(text.get_text(), box) for text, box in boxes if text.get_rotation() % 90 == 0]
     over = [f"over: {one} | {other}" for (one, a), (other, b) in combinations(upright, 2) if _share(a, b)]
-    return cut + over
+    bare = [
+        (text.get_text(), box) for text, box in boxes if text.get_rotation() % 90 == 0 and not text.get_bbox_patch()
+    ]
+    on = [f"on a line: {text}" for text, box in bare if any(_lies_on_a_line(box, axes) for axes in figure.axes)]
+    return cut + over + on
+
+
+def _lies_on_a_line(box: Bbox, axes: Any) -> bool:
+    """Returns whether a line between points of a panel goes through a box; its grid is none of them."""
+    inner = Bbox.intersection(box.padded(-_SLACK_PX), axes.bbox)
+    lines = [line for line in axes.lines if line.get_visible() and line.get_linestyle() != "None"]
+    curves = [line.get_transform().transform_path(line.get_path()) for line in lines]
+    return inner is not None and any(curve.intersects_bbox(inner, filled=False) for curve in curves)
 
 
 def _drawn(canvas: FigureCanvasAgg) -> list[Text]:

@@ -9,6 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
+from station.pages.radius import turn_radius_numbers
+
 BEFORE, AFTER, FLOOR, MARKED = "#999999", "#0072b2", "#009e73", "#d55e00"
 """Colours of the plain model, the found model, the repeatability floor and what stands out; the colour-blind can tell
 them apart (Okabe, Ito)."""
@@ -50,7 +52,7 @@ def new_figure(*, width_in: float = 9.0, height_in: float = 3.2, equal_scales: b
 
 
 class _Settled(ConstrainedLayoutEngine):
-    """Lays a figure out until nothing moves any more: what is saved is the first drawing.
+    """Lays a figure out until nothing moves any more, what is saved is the first drawing; then places its numbers.
 
     Panels of equal scales shrink after their layout, and have other numbers beside them then: matplotlib alone cuts
     their labels and legends at the figure's edge (`tests/contracts/test_figures.py` finds such).
@@ -62,7 +64,10 @@ class _Settled(ConstrainedLayoutEngine):
             before = _places(fig)
             super().execute(fig)
             if np.allclose(before, _places(fig), atol=_STILL):
-                return
+                break
+        for axes in fig.axes:
+            if axes.name == "polar":
+                turn_radius_numbers(axes)
 
 
 def _places(figure: Any) -> Any:
