@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shutil
 from collections.abc import Generator
 from datetime import datetime
@@ -56,3 +57,26 @@ def test_it_says_things_as_people_do(page: chromium.Page) -> None:
     called(page, "showJob", job)
     assert page.text("#job-title") == "Check of sim.mcap: done"
     assert page.errors == []
+
+
+COVERED = """(() => {
+const line = document.querySelector("#curve .fit"), dots = [...document.querySelectorAll("#curve .run")];
+const seen = dots.map((dot) => [+dot.getAttribute("cx"), +dot.getAttribute("cy")]);
+for (let at = 0; at < line.getTotalLength(); at += 0.5) {
+    const { x, y } = line.getPointAtLength(at);
+    seen.push([x, y]);
+}
+const boxes = [...document.querySelectorAll("#curve text")].map((text) => text.getBBox());
+const on = (box) => ([x, y]) => box.x < x && x < box.x + box.width && box.y < y && y < box.y + box.height;
+return boxes.filter((box) => seen.some(on(box))).length; })()"""
+"""The number of the rings' numbers that lie on the curve or on a dot."""
+
+
+@pytest.mark.parametrize("mu", [0.35, 0.38, 0.4, 0.41])
+def test_no_number_of_a_ring_lies_on_the_curve_or_on_a_dot(mu: float, page: chromium.Page) -> None:
+    """The dots lie where the plate tilts, and the numbers stood on the upper of these axes."""
+    circle = [[math.radians(5 * step), mu] for step in range(73)]
+    dots = [[math.radians(90 * way + jitter), mu + 0.01 * jitter, False] for way in range(4) for jitter in range(-5, 6)]
+    called(page, "showCurve", {"points": dots, "curve": circle})
+    assert page.of("document.querySelectorAll('#curve text').length") > 1
+    assert page.of(COVERED) == 0

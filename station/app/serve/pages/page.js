@@ -139,20 +139,39 @@ function showCurve({ points = [], curve = [], frame = "object", note = "" }) {
     return [(radius * Math.cos(phi)).toFixed(2), (-radius * Math.sin(phi)).toFixed(2)];
   };
   const step = [0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5].find((one) => top / one <= 5) || top;
-  const parts = [drawn("path", { class: "grid", d: "M-100 0H100M0-100V100" })];
+  const parts = [drawn("path", { class: "grid", d: "M-100 0H100M0-100V100" })], rings = [];
   for (let mu = step; mu <= top; mu += step) {
     parts.push(drawn("circle", { class: "grid", r: (100 * mu) / top }));
-    parts.push(drawn("text", { x: 2, y: -(100 * mu) / top - 1 }, `µ ${mu.toFixed(2)}`));
+    rings.push(mu);
   }
   for (const [phi, mu, held] of points) {
     const [cx, cy] = at(phi, mu);
     parts.push(drawn("circle", { class: held ? "held" : "run", cx, cy, r: held ? 2.6 : 2.2 }));
   }
   if (curve.length) parts.push(drawn("path", { class: "fit", d: `M${curve.map((one) => at(...one).join(" ")).join("L")}` }));
+  const seen = [...points.map((one) => at(...one).map(Number)), ...along(parts.find((one) => one.matches(".fit")))];
+  const places = (phi) => rings.map((mu) => at(phi, mu)).map(([x, y]) => [Number(x) + 1, Number(y) - 2]);
+  freest(places, seen).forEach(([x, y], ring) => parts.push(drawn("text", { x, y }, `µ ${rings[ring].toFixed(2)}`)));
   byId("curve").replaceChildren(...parts);
   const axes = `A dot is the friction that a run measured in its direction, as seen from the ${frame}; a ring is a run without a slip.`;
   const said = curve.length ? "the line is the fitted limit curve" : note;
   byId("curve-note").textContent = said ? `${axes} ${said[0].toUpperCase()}${said.slice(1).replace(/\.$/, "")}.` : axes;
+}
+
+// Points of a drawn line, nearer to each other than a number is high; none without a line.
+function along(line) {
+  const steps = line ? Math.ceil(line.getTotalLength()) : 0;
+  return Array.from({ length: steps }, (_, step) => line.getPointAtLength(step)).map(({ x, y }) => [x, y]);
+}
+
+// The places of the rings' numbers, of `places(phi)`, that cover the least of what is drawn: a number begins on its ring,
+// and lies outside of it at the upper right and inside at the lower left, so that a curve along a ring leaves one free.
+function freest(places, seen) {
+  const [width, height] = [24, 8];
+  const under = ([x, y]) => seen.filter(([px, py]) => x - 1 < px && px < x + width && y - height < py && py < y + 2).length;
+  const covered = (phi) => places(phi).reduce((sum, place) => sum + under(place), 0);
+  const ways = Array.from({ length: 24 }, (_, number) => ((22.5 + 15 * number) * Math.PI) / 180);
+  return places(ways.reduce((best, phi) => (covered(phi) < covered(best) ? phi : best)));
 }
 
 function median(points) {
