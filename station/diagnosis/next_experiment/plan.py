@@ -227,7 +227,7 @@ def narrows(question: Question, bench: Bench, main: EffectFound) -> NextExperime
         return None
     sd = choice.sd_ratio * value.sd
     why = (
-        f"{_words(choice.changes, bench)} measures {rival.id}'s {read_name(name, value.unit)} to "
+        f"{_words(choice.changes, bench)}: this measures {rival.id}'s {read_name(name, value.unit)} to "
         f"{value.sharper(sd)} (about {choice.minutes:.0f} min)"
     )
     return NextExperiment(

@@ -232,4 +232,5 @@ def test_the_number_to_be_narrowed_is_the_one_that_is_reported(monkeypatch: pyte
         monkeypatch.setattr(plan, name, Mock(return_value=gives))
     found = plan.narrows(asked, cast("Any", None), cast("Any", SimpleNamespace(parameters=reported)))
     assert found is not None
+    assert found.why.startswith("a longer session: this measures plate_anisotropy's")
     assert "now 0.100 ± 0.030" in found.why
