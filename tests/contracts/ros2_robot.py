@@ -65,13 +65,17 @@ class Ros2Robot:
         self.motion = (now_ns, np.array(times), positions)
 
     def report(self, now_ns: int) -> None:
+        self.say(self.names, [0.0, *self.position[::-1]], now_ns=now_ns)
+
+    def say(self, names: list[str], position: Any, *, now_ns: int) -> None:
+        """Publish a joint state; a gripper's broadcaster uses the same topic."""
         stamp = wire.message("builtin_interfaces/msg/Time", sec=now_ns // 10**9, nanosec=now_ns % 10**9)
         state = wire.message(
             wire.JOINT_STATE,
             header=wire.message("std_msgs/msg/Header", stamp=stamp, frame_id=""),
-            name=self.names,
-            position=np.array([0.0, *self.position[::-1]]),
-            velocity=np.zeros(7),
+            name=names,
+            position=np.array(position, dtype=np.float64),
+            velocity=np.zeros(len(names)),
             effort=np.zeros(0),
         )
         self.session.put(self.key, wire.encode(state, wire.JOINT_STATE))

@@ -2,7 +2,7 @@
 
 Run as a process of its own: `python -m tests.system.ros1_arm MODEL [MODE]`. It follows goals exactly, linearly between
 the points. Modes: `obey`, `reject`, `abort` (half way), `deaf` (serves, but never answers a goal), `foreign` (reports
-other joint names).
+other joint names), `gripper` (obeys, and a gripper's two joints are reported on the same topic).
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class RosArm:
         self.goal: Any = None
         self.began = 0.0
         self.messages = follow_joint_trajectory()
-        self.publisher: Any = rospy.Publisher(f"/{model.name}_driver/out/joint_state", JointState, queue_size=1)
+        self.publisher: Any = rospy.Publisher(f"/{model.name}_driver/out/joint_state", JointState, queue_size=2)
         name = f"/{model.name}/follow_joint_trajectory"
         self.server: Any = actionlib.ActionServer(
             name, self.messages.action, self.on_goal, self.on_cancel, auto_start=False
@@ -68,6 +68,8 @@ class RosArm:
         state.header.stamp = rospy.Time.now()
         state.velocity = state.effort = [0.0] * len(self.names)
         self.publisher.publish(state)
+        if self.mode == "gripper":
+            self.publisher.publish(JointState(name=["finger_2", "finger_3"], position=[0.02, 0.02]))
 
     def follow(self, points: Any) -> None:
         times = np.array([point.time_from_start.to_sec() for point in points])

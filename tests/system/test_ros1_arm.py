@@ -105,8 +105,9 @@ def opened_station(*, mode: str) -> Generator[Station]:
             opened.agent.close()
 
 
-def test_a_tilt_is_executed_and_ends_where_it_should() -> None:
-    with opened_station(mode="obey") as rig:
+@pytest.mark.parametrize("mode", ["obey", "gripper"])
+def test_a_tilt_is_executed_and_ends_where_it_should(mode: str) -> None:
+    with opened_station(mode=mode) as rig:
         assert rig.command(6).accepted
         rig.until(lambda: len(rig.reports) == 2)
         assert rig.reports[1].fault == ""

@@ -47,7 +47,7 @@ class Bridge:
         self.messages: Any = follow_joint_trajectory()
         self.rospy: Any = rospy
         rospy.init_node("repose_arm", anonymous=True, disable_signals=True)
-        rospy.Subscriber(self.options["joint_states"], JointState, self.on_state, queue_size=1)
+        rospy.Subscriber(self.options["joint_states"], JointState, self.on_state, queue_size=100)
         self.client = actionlib.ActionClient(self.options["action"], self.messages.action)
         if not self.client.wait_for_server(rospy.Duration(self.options["connect_timeout_s"])):
             self.say(error="nobody serves " + str(self.options["action"]))

@@ -11,8 +11,11 @@ import struct
 from functools import cache
 from typing import Any
 
+from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
+
+from shared.errors import UserError
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
 JOINT_TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
@@ -42,8 +45,15 @@ def encode(value: Any, type_name: str) -> bytes:
 
 
 def decode(payload: bytes, type_name: str) -> Any:
-    """Returns the message in a CDR payload."""
-    return types().deserialize_cdr(payload, type_name)
+    """Returns the message in a CDR payload.
+
+    Raises:
+        UserError: if the bytes, whoever sent them, are no such message.
+    """
+    try:
+        return types().deserialize_cdr(payload, type_name)
+    except SerdeError as error:
+        raise UserError(f"Expected a {type_name}, got {len(payload)} bytes that are none ({error})") from error
 
 
 def type_hash(type_name: str) -> str:

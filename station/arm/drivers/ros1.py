@@ -25,15 +25,12 @@ from pathlib import Path
 from typing import Any
 from xmlrpc.client import ServerProxy
 
-import numpy as np
-from numpy.typing import NDArray
-
 from shared.config import parse
 from shared.errors import UserError
-from station.arm.drivers import DriverLink, JointReading, match_joints
+from station.arm.drivers import DriverLink, JointReading
+from station.arm.drivers._joint_states import joint_reading
 from station.arm.trajectory import JointTrajectory
 
-Array = NDArray[np.float64]
 _BRIDGE = Path(__file__).with_name("_ros1_bridge.py")
 _CODES = {
     0: "it gave no reason",
@@ -66,15 +63,15 @@ class Ros1Arm:
     def __init__(self, link: DriverLink) -> None:
         self._model = link.model
         self._options = _completed(parse(Ros1Options, link.options), robot=link.model.name)
-        self._said: deque[dict[str, Any]] = deque(maxlen=1000)
+        self._bus = link.bus
+        self._said: deque[str] = deque(maxlen=1000)
         self._heard = threading.Event()
-        self._order: list[int] | None = None
         self._reading: JointReading | None = None
         self._goal = 0
         self._asked_ns: int | None = None
         self._unanswered = ""
         self._now_ns = 0
-        self._fault = ""
+        self._fault = self._foreign = ""
         _require_master(self._options.master_uri)
         self._bridge = _start_bridge(self._options)
         self._listener = threading.Thread(target=self._listen, daemon=True)
@@ -85,9 +82,9 @@ class Ros1Arm:
         """Reads the bridge on a thread of its own; it only enqueues."""
         assert self._bridge.stdout is not None
         for line in self._bridge.stdout:
-            self._said.append(json.loads(line))
+            self._said.append(line)
             self._heard.set()
-        self._said.append({"error": "its ROS process has ended"})
+        self._said.append(json.dumps({"error": "its ROS process has ended"}))
         self._heard.set()
 
     def _await_robot(self) -> None:
@@ -96,7 +93,7 @@ class Ros1Arm:
         while self._heard.wait(self._options.connect_timeout_s + 5.0):
             self._heard.clear()
             with contextlib.suppress(IndexError):
-                while "state" in (first := self._said.popleft()):
+                while "state" in (first := self._parsed(self._said.popleft())):
                     self._take_state(first["state"])
                 break
         if "ready" not in first:
@@ -139,9 +136,17 @@ class Ros1Arm:
         self._now_ns = now_ns
         with contextlib.suppress(IndexError):
             while True:
-                self._take(self._said.popleft())
+                self._take(self._parsed(self._said.popleft()))
         if self._asked_ns is not None and now_ns - self._asked_ns > self._options.answer_timeout_s * 1e9:
             self._fault, self._asked_ns = self._unanswered, None
+
+    def _parsed(self, line: str) -> dict[str, Any]:
+        """Returns what a line says; one that says nothing is counted and logged as any payload that is no message."""
+        try:
+            return dict(json.loads(line))
+        except (TypeError, ValueError) as wrong:
+            self._bus.leave_out(self._options.joint_states, UserError(f"Expected a line of the ROS process: {wrong}"))
+            return {}
 
     def _take(self, line: dict[str, Any]) -> None:
         if "state" in line:
@@ -163,19 +168,19 @@ class Ros1Arm:
             self._asked_ns = None
 
     def _take_state(self, state: list[Any]) -> None:
+        """Takes a reading; a state without the arm's joints is another publisher's, and the arm then silent."""
         stamp_ns, names, position, velocity, effort = state
         try:
-            if self._order is None:
-                self._order = match_joints(self._model, tuple(names))
-            self._reading = JointReading(
-                stamp_ns or self._now_ns,
-                self._model.joint_names,
-                _ordered(position, self._order),
-                _ordered(velocity, self._order),
-                _ordered(effort, self._order),
+            self._reading = joint_reading(
+                self._model,
+                names,
+                stamp_ns=stamp_ns or self._now_ns,
+                position_rad=position,
+                velocity_rad_s=velocity,
+                effort_nm=effort,
             )
-        except UserError as wrong:
-            self._fault = str(wrong)
+        except UserError as foreign:
+            self._foreign = str(foreign)
 
     def read(self) -> JointReading | None:
         """Returns the latest joint state in the model's order; None before the first."""
@@ -183,7 +188,7 @@ class Ros1Arm:
 
     def fault(self) -> str:
         """Returns what is wrong with the goal, the joints or the bridge in one sentence; nothing while all is well."""
-        return self._fault
+        return self._fault or (self._foreign if self._reading is None else "")
 
     def close(self) -> None:
         """Ends the bridge, which first cancels what moves."""
@@ -244,11 +249,6 @@ def _require_master(uri: str) -> None:
         ) from None
     finally:
         socket.setdefaulttimeout(before)
-
-
-def _ordered(values: list[float], order: list[int]) -> Array:
-    """Returns the values in the model's order; zeros where the robot sends none."""
-    return np.array(values)[order] if len(values) > max(order) else np.zeros(len(order))
 
 
 def connect(link: DriverLink) -> Ros1Arm:

@@ -27,13 +27,16 @@ from numpy.typing import NDArray
 from shared.config import parse
 from shared.errors import UserError
 from shared.zenoh_bus import RawSession
-from station.arm.drivers import DriverLink, JointReading, match_joints
+from station.arm.drivers import DriverLink, JointReading
 from station.arm.drivers import _ros2_wire as wire
+from station.arm.drivers._joint_states import joint_reading
 from station.arm.trajectory import JointTrajectory
 
 Array = NDArray[np.float64]
 _NODE = "repose_arm"
 _HALT_NS = 100_000_000
+_STATES = 100
+"""Joint states that may wait for a tick: those of 0.2 s at 500 Hz, the quickest arms' rate."""
 _AGAIN_S = 0.1
 """The wait before the graph is asked again for a controller that has not shown up."""
 
@@ -55,13 +58,13 @@ class Ros2Arm:
     def __init__(self, link: DriverLink) -> None:
         self._model = link.model
         self._options = parse(Ros2Options, link.options)
-        self._states: deque[bytes] = deque(maxlen=1)
-        self._order: list[int] | None = None
+        self._bus = link.bus
+        self._states: deque[bytes] = deque(maxlen=_STATES)
         self._reading: JointReading | None = None
         self._now_ns = 0
         self._sequence = 0
         self._writer = uuid.uuid4().bytes
-        self._fault = ""
+        self._foreign = ""
         self._session = RawSession(connect=[self._options.router])
         domain = self._options.domain
         self._key = wire.data_key(self._options.trajectory, wire.JOINT_TRAJECTORY, domain=domain)
@@ -119,7 +122,6 @@ class Ros2Arm:
 
     def start(self, trajectory: JointTrajectory, *, now_ns: int) -> None:
         """Publishes the trajectory; the controller replaces what it was doing."""
-        self._fault = ""
         self._publish(
             [
                 self._point(int(time_ns), position, velocity)
@@ -163,43 +165,42 @@ class Ros2Arm:
         )
 
     def tick(self, now_ns: int) -> None:
-        """Takes in the latest joint state, if one has arrived."""
+        """Takes in the joint states that have arrived; bytes that are none are counted, logged and left out."""
         self._now_ns = now_ns
         with contextlib.suppress(IndexError):
-            self._take_state(wire.decode(self._states.pop(), wire.JOINT_STATE))
+            while True:
+                payload = self._states.popleft()
+                try:
+                    self._take_state(wire.decode(payload, wire.JOINT_STATE))
+                except UserError as wrong:
+                    self._bus.leave_out(self._options.joint_states, wrong)
 
     def _take_state(self, state: Any) -> None:
-        try:
-            if self._order is None:
-                self._order = match_joints(self._model, tuple(state.name))
-        except UserError as wrong:
-            self._fault = str(wrong)
-            return
+        """Takes a reading; a state without the arm's joints is another publisher's, and the arm then silent."""
         stamp_ns = int(state.header.stamp.sec) * 1_000_000_000 + int(state.header.stamp.nanosec)
-        self._reading = JointReading(
-            stamp_ns or self._now_ns,
-            self._model.joint_names,
-            _ordered(state.position, self._order),
-            _ordered(state.velocity, self._order),
-            _ordered(state.effort, self._order),
-        )
+        try:
+            self._reading = joint_reading(
+                self._model,
+                state.name,
+                stamp_ns=stamp_ns or self._now_ns,
+                position_rad=state.position,
+                velocity_rad_s=state.velocity,
+                effort_nm=state.effort,
+            )
+        except UserError as foreign:
+            self._foreign = str(foreign)
 
     def read(self) -> JointReading | None:
         """Returns the latest joint state in the model's order; None before the first."""
         return self._reading
 
     def fault(self) -> str:
-        """Returns why the robot's joints do not fit the model, in one sentence; nothing while they do."""
-        return self._fault
+        """Returns why no joint state so far was the arm's, in one sentence; nothing once one was."""
+        return self._foreign if self._reading is None else ""
 
     def close(self) -> None:
         """Closes the Zenoh session; the agent has brought what moves to rest before."""
         self._session.close()
-
-
-def _ordered(values: Array, order: list[int]) -> Array:
-    """Returns the values in the model's order; zeros where the robot sends none."""
-    return np.array(values, dtype=np.float64)[order] if len(values) > max(order) else np.zeros(len(order))
 
 
 def connect(link: DriverLink) -> Ros2Arm:

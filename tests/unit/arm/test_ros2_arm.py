@@ -25,9 +25,9 @@ from tests.patience import PATIENCE_S
 from tests.system.ros1 import free_port
 
 
-def connect(model: ArmModel, endpoint: str, *, timeout_s: float = 0.5) -> Driver:
+def connect(model: ArmModel, endpoint: str, *, timeout_s: float = 0.5, bus: MemoryBus | None = None) -> Driver:
     options = Table({"router": endpoint, "domain": 7, "answer_timeout_s": timeout_s})
-    return load_driver("ros2", link=DriverLink(bus=MemoryBus(SystemClock()), model=model, options=options))
+    return load_driver("ros2", link=DriverLink(bus=bus or MemoryBus(SystemClock()), model=model, options=options))
 
 
 @contextmanager
@@ -105,6 +105,33 @@ def test_foreign_joints_are_named_and_own_ones_put_in_order(model: ArmModel) -> 
         robot.close()
 
 
+@pytest.mark.parametrize("joints", [2, 7])
+def test_a_gripper_on_the_same_topic_is_no_reading(model: ArmModel, joints: int) -> None:
+    with router() as endpoint:
+        robot = Ros2Robot(model, endpoint=endpoint)
+        bus = MemoryBus(SystemClock())
+        driver = connect(model, endpoint, bus=bus)
+        try:
+            until_named(driver, robot)
+            robot.say([f"finger_{i}" for i in range(joints)], np.full(joints, 0.02), now_ns=time.time_ns())
+            robot.session.put(robot.key, JUNK)  # it comes behind the gripper's state, on the same key
+            for _ in range(500):
+                driver.tick(time.time_ns())
+                if bus.malformed:
+                    break
+                time.sleep(0.01)
+            assert bus.malformed == {"/joint_states": 1}
+            reading = driver.read()
+            assert reading is not None
+            np.testing.assert_array_equal(reading.position_rad, model.home_rad)
+            assert driver.fault() == ""
+        finally:
+            driver.close()
+            robot.close()
+
+
+JUNK = b"\x00\x01\x00\x00\xff\xff\xff\xff"
+"""Eight bytes, as of another program's type on the key of the joint states."""
 DEFINITIONS = {
     "builtin_interfaces/msg/Time": "int32 sec\nuint32 nanosec\n",
     "builtin_interfaces/msg/Duration": "int32 sec\nuint32 nanosec\n",
