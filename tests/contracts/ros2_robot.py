@@ -23,6 +23,7 @@ class Ros2Robot:
         self.names = ["finger_1", *model.joint_names[::-1]]  # a robot's own order, not the model's
         self.position = np.array(model.home_rad)
         self.domain = domain
+        self.ahead_ns = 0  # of its clock, before ours
         self.session = RawSession(connect=[endpoint])
         self.received: list[tuple[bytes, bytes]] = []
         self.motion: tuple[int, Any, Any] | None = None
@@ -69,7 +70,8 @@ class Ros2Robot:
 
     def say(self, names: list[str], position: Any, *, now_ns: int) -> None:
         """Publish a joint state; a gripper's broadcaster uses the same topic."""
-        stamp = wire.message("builtin_interfaces/msg/Time", sec=now_ns // 10**9, nanosec=now_ns % 10**9)
+        seconds, nanoseconds = divmod(now_ns + self.ahead_ns, 10**9)
+        stamp = wire.message("builtin_interfaces/msg/Time", sec=seconds, nanosec=nanoseconds)
         state = wire.message(
             wire.JOINT_STATE,
             header=wire.message("std_msgs/msg/Header", stamp=stamp, frame_id=""),

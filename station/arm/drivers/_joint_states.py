@@ -9,40 +9,77 @@ from numpy.typing import ArrayLike, NDArray
 
 from shared.errors import UserError
 from station.arm.drivers import JointReading, match_joints
+from station.arm.drivers._robot_clock import Arrivals, RobotClock
 from station.rig.arm_model import ArmModel
 
+Array = NDArray[np.float64]
 
-def joint_reading(
-    model: ArmModel,
-    names: Sequence[str],
-    *,
-    stamp_ns: int,
-    position_rad: ArrayLike,
-    velocity_rad_s: ArrayLike = (),
-    effort_nm: ArrayLike = (),
-) -> JointReading:
-    """Returns the reading in a joint state, whose joints are found by their names every time.
 
-    Args:
-        model: the arm, whose joints' order the reading has.
-        names: (k,) the joints that the state reports, in any order; those of others are left out.
-        stamp_ns: the moment of the reading, ns of the agent's clock.
-        position_rad: (k,) their angles, rad.
-        velocity_rad_s: (k,) their velocities, rad/s; where the robot sends none, they are zero.
-        effort_nm: (k,) their efforts, N m; likewise.
+class JointStates:
+    """Makes an arm's readings of the joint states on its topic; those of other joints are none, and change nothing."""
 
-    Raises:
-        UserError: if a joint of the model is not among the names, or has no angle: then it is no reading of this arm.
-    """
-    order = match_joints(model, tuple(names))
+    def __init__(self, model: ArmModel) -> None:
+        self._model = model
+        self._arrivals = Arrivals()
+        self._clock = RobotClock()
+        self.reading: JointReading | None = None
+        """The latest one, in the model's order; None before the first."""
+        self._foreign = ""
+
+    def tick(self, now_ns: int) -> None:
+        """Takes in the agent's time, by which readings are stamped; before the first tick there are none."""
+        self._arrivals.tick(now_ns)
+
+    def take(
+        self,
+        names: Sequence[str],
+        position_rad: ArrayLike,
+        *,
+        velocity_rad_s: ArrayLike = (),
+        effort_nm: ArrayLike = (),
+        robot_ns: int,
+        noted_ns: int,
+    ) -> None:
+        """Takes a state of k joints, which are found by their names every time.
+
+        Args:
+            names: (k,) the joints that it reports, in any order.
+            position_rad: (k,) their angles, rad; without them it is no reading.
+            velocity_rad_s: (k,) their velocities, rad/s; where the robot sends none, they are zero.
+            effort_nm: (k,) their efforts, N m; likewise.
+            robot_ns: its stamp, ns of the robot's clock; 0 where there is none.
+            noted_ns: its arrival, as `Arrivals.now` noted it.
+        """
+        try:
+            order = match_joints(self._model, tuple(names))
+            position = _angles(position_rad, joints=len(names))[order]
+        except UserError as foreign:
+            self._foreign = str(foreign)
+            return
+        stamp_ns = self._clock.stamp_ns(robot_ns, arrived_ns=noted_ns) + self._arrivals.ahead_ns()
+        velocity, effort = _sent(velocity_rad_s, order), _sent(effort_nm, order)
+        self.reading = JointReading(stamp_ns, self._model.joint_names, position, velocity, effort)
+
+    def robot_ns(self, now_ns: int) -> int | None:
+        """Returns the time that the robot's clock shows at a time of the agent's, ns; None while it stamps nothing.
+
+        It is early by the least transport delay, by which readings are late.
+        """
+        offset_ns = self._clock.offset_ns()
+        return None if offset_ns is None else now_ns - self._arrivals.ahead_ns() - offset_ns
+
+    def fault(self) -> str:
+        """Returns why no state so far was the arm's, in one sentence; nothing once one was, as silence is told then."""
+        return self._foreign if self.reading is None else ""
+
+
+def _angles(position_rad: ArrayLike, *, joints: int) -> Array:
     position = np.array(position_rad, dtype=np.float64)
-    if position.shape != (len(names),):
-        raise UserError(f"Expected an angle for each of {len(names)} joints, got {position.size}.")
-    return JointReading(
-        stamp_ns, model.joint_names, position[order], _sent(velocity_rad_s, order), _sent(effort_nm, order)
-    )
+    if position.shape != (joints,):
+        raise UserError(f"Expected an angle for each of the {joints} joints that the arm reports, got {position.size}.")
+    return position
 
 
-def _sent(values: ArrayLike, order: list[int]) -> NDArray[np.float64]:
+def _sent(values: ArrayLike, order: list[int]) -> Array:
     sent = np.array(values, dtype=np.float64)
     return sent[order] if len(sent) > max(order) else np.zeros(len(order))

@@ -7,8 +7,7 @@ Tested against a real ROS 1 master with an action server that speaks the publish
 environment variables, then to this machine), `action` and `joint_states` (kinova-ros's names by default), `python` and
 `ros_path` (the Python that has ROS, and where; Debian's by default), `answer_timeout_s`, `connect_timeout_s`.
 
-Stamps are the robot's own when it sets them: keep its clock within 0.1 s of this machine's (chrony), or a moving arm
-seems to lag and is stopped.
+The robot's clock may show any time (`_robot_clock`).
 """
 
 from __future__ import annotations
@@ -28,7 +27,8 @@ from xmlrpc.client import ServerProxy
 from shared.config import parse
 from shared.errors import UserError
 from station.arm.drivers import DriverLink, JointReading
-from station.arm.drivers._joint_states import joint_reading
+from station.arm.drivers._joint_states import JointStates
+from station.arm.drivers._robot_clock import Arrivals
 from station.arm.trajectory import JointTrajectory
 
 _BRIDGE = Path(__file__).with_name("_ros1_bridge.py")
@@ -64,14 +64,15 @@ class Ros1Arm:
         self._model = link.model
         self._options = _completed(parse(Ros1Options, link.options), robot=link.model.name)
         self._bus = link.bus
-        self._said: deque[str] = deque(maxlen=1000)
+        self._said: deque[tuple[int, str]] = deque(maxlen=1000)
+        """The bridge's lines that wait for a tick, each behind its moment of arrival."""
         self._heard = threading.Event()
-        self._reading: JointReading | None = None
+        self._states = JointStates(link.model)
         self._goal = 0
         self._asked_ns: int | None = None
         self._unanswered = ""
         self._now_ns = 0
-        self._fault = self._foreign = ""
+        self._fault = ""
         _require_master(self._options.master_uri)
         self._bridge = _start_bridge(self._options)
         self._listener = threading.Thread(target=self._listen, daemon=True)
@@ -82,25 +83,26 @@ class Ros1Arm:
         """Reads the bridge on a thread of its own; it only enqueues."""
         assert self._bridge.stdout is not None
         for line in self._bridge.stdout:
-            self._said.append(line)
+            self._said.append((Arrivals.now(), line))
             self._heard.set()
-        self._said.append(json.dumps({"error": "its ROS process has ended"}))
+        self._said.append((Arrivals.now(), json.dumps({"error": "its ROS process has ended"})))
         self._heard.set()
 
     def _await_robot(self) -> None:
         """Waits for `ready`; raises UserError with the bridge's reason, or when none comes."""
-        first: dict[str, Any] = {"error": "its ROS process gave no answer"}
-        while self._heard.wait(self._options.connect_timeout_s + 5.0):
+        answer: dict[str, Any] = {}
+        while not answer and self._heard.wait(self._options.connect_timeout_s + 5.0):
             self._heard.clear()
             with contextlib.suppress(IndexError):
-                while "state" in (first := self._parsed(self._said.popleft())):
-                    self._take_state(first["state"])
-                break
-        if "ready" not in first:
+                while not answer:
+                    line = self._parsed(self._said.popleft()[1])
+                    answer = {} if "state" in line else line  # states go on coming, and the time is not known yet
+        if "ready" not in answer:
             self.close()
             raise UserError(
-                f"The arm cannot be reached over ROS at {self._options.master_uri}: {first.get('error')}. Start the "
-                "robot's driver, or correct [arm.options] in rig.toml."
+                f"The arm cannot be reached over ROS at {self._options.master_uri}: "
+                f"{answer.get('error', 'its ROS process gave no answer')}. Start the robot's driver, or correct "
+                "[arm.options] in rig.toml."
             )
 
     def _send(self, **order: Any) -> None:
@@ -134,9 +136,11 @@ class Ros1Arm:
     def tick(self, now_ns: int) -> None:
         """Takes in what the bridge has said; a goal without an answer in time becomes a fault."""
         self._now_ns = now_ns
+        self._states.tick(now_ns)
         with contextlib.suppress(IndexError):
             while True:
-                self._take(self._parsed(self._said.popleft()))
+                noted_ns, line = self._said.popleft()
+                self._take(self._parsed(line), noted_ns=noted_ns)
         if self._asked_ns is not None and now_ns - self._asked_ns > self._options.answer_timeout_s * 1e9:
             self._fault, self._asked_ns = self._unanswered, None
 
@@ -148,9 +152,12 @@ class Ros1Arm:
             self._bus.leave_out(self._options.joint_states, UserError(f"Expected a line of the ROS process: {wrong}"))
             return {}
 
-    def _take(self, line: dict[str, Any]) -> None:
+    def _take(self, line: dict[str, Any], *, noted_ns: int) -> None:
         if "state" in line:
-            self._take_state(line["state"])
+            robot_ns, names, position, velocity, effort = line["state"]
+            self._states.take(
+                names, position, velocity_rad_s=velocity, effort_nm=effort, robot_ns=robot_ns, noted_ns=noted_ns
+            )
         elif "goal" in line and line["goal"] == self._goal:
             self._take_status(line)
         elif "error" in line:
@@ -167,28 +174,13 @@ class Ros1Arm:
         elif line["status"] != "PENDING":  # ROS itself says that much, before the robot has seen the goal
             self._asked_ns = None
 
-    def _take_state(self, state: list[Any]) -> None:
-        """Takes a reading; a state without the arm's joints is another publisher's, and the arm then silent."""
-        stamp_ns, names, position, velocity, effort = state
-        try:
-            self._reading = joint_reading(
-                self._model,
-                names,
-                stamp_ns=stamp_ns or self._now_ns,
-                position_rad=position,
-                velocity_rad_s=velocity,
-                effort_nm=effort,
-            )
-        except UserError as foreign:
-            self._foreign = str(foreign)
-
     def read(self) -> JointReading | None:
         """Returns the latest joint state in the model's order; None before the first."""
-        return self._reading
+        return self._states.reading
 
     def fault(self) -> str:
         """Returns what is wrong with the goal, the joints or the bridge in one sentence; nothing while all is well."""
-        return self._fault or (self._foreign if self._reading is None else "")
+        return self._fault or self._states.fault()
 
     def close(self) -> None:
         """Ends the bridge, which first cancels what moves."""

@@ -9,7 +9,7 @@ ROS 2 or a real arm.
 (topics), `answer_timeout_s` (how long to look for the controller).
 
 A topic says nothing back: a motion that the controller refuses shows only as an arm that does not follow, and the
-safety gate stops it. Stamps are the robot's: keep its clock within 0.1 s of this machine's (chrony).
+safety gate stops it. The robot's clock may show any time (`_robot_clock`).
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ from shared.errors import UserError
 from shared.zenoh_bus import RawSession
 from station.arm.drivers import DriverLink, JointReading
 from station.arm.drivers import _ros2_wire as wire
-from station.arm.drivers._joint_states import joint_reading
+from station.arm.drivers._joint_states import JointStates
+from station.arm.drivers._robot_clock import Arrivals
 from station.arm.trajectory import JointTrajectory
 
 Array = NDArray[np.float64]
@@ -59,12 +60,11 @@ class Ros2Arm:
         self._model = link.model
         self._options = parse(Ros2Options, link.options)
         self._bus = link.bus
-        self._states: deque[bytes] = deque(maxlen=_STATES)
-        self._reading: JointReading | None = None
-        self._now_ns = 0
+        self._heard: deque[tuple[int, bytes]] = deque(maxlen=_STATES)
+        """The payloads that wait for a tick, each behind its moment of arrival."""
+        self._states = JointStates(link.model)
         self._sequence = 0
         self._writer = uuid.uuid4().bytes
-        self._foreign = ""
         self._session = RawSession(connect=[self._options.router])
         domain = self._options.domain
         self._key = wire.data_key(self._options.trajectory, wire.JOINT_TRAJECTORY, domain=domain)
@@ -95,7 +95,7 @@ class Ros2Arm:
             )
         )
         states = wire.data_key(options.joint_states, wire.JOINT_STATE, domain=domain)
-        session.subscribe(states, lambda payload, attachment: self._states.append(payload))  # noqa: ARG005
+        session.subscribe(states, self._note)
         pattern = wire.subscribers_pattern(options.trajectory, wire.JOINT_TRAJECTORY, domain=domain)
         found = self._looked_for(pattern)
         if not found:
@@ -111,6 +111,10 @@ class Ros2Arm:
                 f"The controller on {options.trajectory} has another version of {wire.JOINT_TRAJECTORY} than this "
                 "program (ROS 2 Jazzy's): it would hear nothing."
             )
+
+    def _note(self, payload: bytes, attachment: bytes) -> None:
+        del attachment
+        self._heard.append((Arrivals.now(), payload))
 
     def _looked_for(self, pattern: str) -> list[str]:
         """Returns the keys that match a pattern; a controller may show up until `answer_timeout_s` have passed."""
@@ -134,8 +138,8 @@ class Ros2Arm:
 
     def halt(self, *, now_ns: int) -> None:
         """Publishes a trajectory that ends where the joints were last read; nothing before the first reading."""
-        if self._reading is not None:
-            here = self._reading.position_rad
+        if self._states.reading is not None:
+            here = self._states.reading.position_rad
             self._publish([self._point(_HALT_NS, here, np.zeros_like(here))], now_ns=now_ns)
 
     def _point(self, time_ns: int, position: Array, velocity: Array) -> Any:
@@ -166,37 +170,33 @@ class Ros2Arm:
 
     def tick(self, now_ns: int) -> None:
         """Takes in the joint states that have arrived; bytes that are none are counted, logged and left out."""
-        self._now_ns = now_ns
+        self._states.tick(now_ns)
         with contextlib.suppress(IndexError):
             while True:
-                payload = self._states.popleft()
-                try:
-                    self._take_state(wire.decode(payload, wire.JOINT_STATE))
-                except UserError as wrong:
-                    self._bus.leave_out(self._options.joint_states, wrong)
+                self._take(*self._heard.popleft())
 
-    def _take_state(self, state: Any) -> None:
-        """Takes a reading; a state without the arm's joints is another publisher's, and the arm then silent."""
-        stamp_ns = int(state.header.stamp.sec) * 1_000_000_000 + int(state.header.stamp.nanosec)
+    def _take(self, noted_ns: int, payload: bytes) -> None:
         try:
-            self._reading = joint_reading(
-                self._model,
-                state.name,
-                stamp_ns=stamp_ns or self._now_ns,
-                position_rad=state.position,
-                velocity_rad_s=state.velocity,
-                effort_nm=state.effort,
-            )
-        except UserError as foreign:
-            self._foreign = str(foreign)
+            state = wire.decode(payload, wire.JOINT_STATE)
+        except UserError as wrong:
+            self._bus.leave_out(self._options.joint_states, wrong)
+            return
+        self._states.take(
+            state.name,
+            state.position,
+            velocity_rad_s=state.velocity,
+            effort_nm=state.effort,
+            robot_ns=int(state.header.stamp.sec) * 1_000_000_000 + int(state.header.stamp.nanosec),
+            noted_ns=noted_ns,
+        )
 
     def read(self) -> JointReading | None:
         """Returns the latest joint state in the model's order; None before the first."""
-        return self._reading
+        return self._states.reading
 
     def fault(self) -> str:
         """Returns why no joint state so far was the arm's, in one sentence; nothing once one was."""
-        return self._foreign if self._reading is None else ""
+        return self._states.fault()
 
     def close(self) -> None:
         """Closes the Zenoh session; the agent has brought what moves to rest before."""

@@ -5,33 +5,54 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from shared.errors import UserError
-from station.arm.drivers._joint_states import joint_reading
+from station.arm.drivers._joint_states import JointStates
 from station.rig.arm_model import ArmModel
 
 
 def test_each_state_is_read_in_its_own_order(model: ArmModel) -> None:
+    states = JointStates(model)
     for names in (model.joint_names, ("finger", *model.joint_names[::-1])):
         angles = [10.0 if name == "finger" else model.joint_names.index(name) for name in names]
-        reading = joint_reading(model, names, stamp_ns=5, position_rad=angles, velocity_rad_s=np.array(angles) / 10)
-        assert reading.stamp_ns == 5
-        np.testing.assert_array_equal(reading.position_rad, range(6))
-        np.testing.assert_allclose(reading.velocity_rad_s, np.arange(6) / 10)
+        states.take(names, angles, velocity_rad_s=np.array(angles) / 10, robot_ns=0, noted_ns=5)
+        assert states.reading is not None
+        assert states.reading.names == model.joint_names
+        np.testing.assert_array_equal(states.reading.position_rad, range(6))
+        np.testing.assert_allclose(states.reading.velocity_rad_s, np.arange(6) / 10)
 
 
 def test_absent_velocities_and_efforts_are_zero(model: ArmModel) -> None:
-    reading = joint_reading(model, model.joint_names, stamp_ns=5, position_rad=model.home_rad)
-    np.testing.assert_array_equal(reading.velocity_rad_s, np.zeros(6))
-    np.testing.assert_array_equal(reading.effort_nm, np.zeros(6))
+    states = JointStates(model)
+    states.take(model.joint_names, model.home_rad, robot_ns=0, noted_ns=5)
+    assert states.reading is not None
+    np.testing.assert_array_equal(states.reading.velocity_rad_s, np.zeros(6))
+    np.testing.assert_array_equal(states.reading.effort_nm, np.zeros(6))
 
 
 @pytest.mark.parametrize("joints", [0, 2, 7])
 def test_other_joints_are_no_reading_however_many(model: ArmModel, joints: int) -> None:
-    with pytest.raises(UserError, match="j2s6s300_joint_1"):
-        joint_reading(model, [f"foreign_{i}" for i in range(joints)], stamp_ns=5, position_rad=np.zeros(joints))
+    names, angles = [f"foreign_{i}" for i in range(joints)], np.full(joints, 0.1)
+    states = JointStates(model)
+    states.take(names, angles, robot_ns=0, noted_ns=5)
+    assert states.reading is None
+    assert "j2s6s300_joint_1" in states.fault()
+    states.take(model.joint_names, model.home_rad, robot_ns=0, noted_ns=6)
+    read = states.reading
+    states.take(names, angles, robot_ns=0, noted_ns=7)
+    assert states.reading is read
+    assert states.fault() == ""
 
 
 @pytest.mark.parametrize("angles", [0, 5, 7])
 def test_joints_without_their_angles_are_no_reading(model: ArmModel, angles: int) -> None:
-    with pytest.raises(UserError, match=f"an angle for each of 6 joints, got {angles}"):
-        joint_reading(model, model.joint_names, stamp_ns=5, position_rad=np.zeros(angles))
+    states = JointStates(model)
+    states.take(model.joint_names, np.zeros(angles), robot_ns=0, noted_ns=5)
+    assert states.reading is None
+    assert f"an angle for each of the 6 joints that the arm reports, got {angles}" in states.fault()
+
+
+def test_another_publishers_clock_is_not_the_arms(model: ArmModel) -> None:
+    states = JointStates(model)
+    assert states.robot_ns(0) is None
+    states.take(model.joint_names, model.home_rad, robot_ns=1_000, noted_ns=5_000)
+    states.take(["finger"], [0.02], robot_ns=10**18, noted_ns=6_000)
+    assert states.robot_ns(7_000) == 3_000
