@@ -354,7 +354,8 @@ def arm_agent(
     """
     tilter = tilter or Tilter.from_settings(settings)
     if driver is None:
-        link = DriverLink(bus=bus, model=tilter.stage.model, options=settings.options)
+        share = settings.gate.acceleration_share
+        link = DriverLink(bus=bus, model=tilter.stage.model, options=settings.options, acceleration_share=share)
         driver = load_driver(settings.driver, link=link)
     stopped = kept.read() if kept is not None else ""
     gate = SafetyGate(tilter.stage, settings=settings.gate, may_arm=settings.may_arm, stopped=stopped)

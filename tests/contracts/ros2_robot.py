@@ -1,6 +1,7 @@
 """A ROS 2 robot for tests: it is what joint_trajectory_controller and joint_state_broadcaster are on rmw_zenoh.
 
-It follows the last trajectory that came, linearly from where it stands, and reports its joints at every step.
+It follows the last trajectory that came, linearly between its points, and reports its joints at every step. A stamp in
+the trajectory is its begin by the robot's clock; one that has ended by then is refused, as the real controller does.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ class Ros2Robot:
         self.names = ["finger_1", *model.joint_names[::-1]]  # a robot's own order, not the model's
         self.position = np.array(model.home_rad)
         self.domain = domain
-        self.ahead_ns = 0  # of its clock, before ours
+        self.ahead_ns = 0  # its clock minus ours
         self.session = RawSession(connect=[endpoint])
         self.received: list[tuple[bytes, bytes]] = []
         self.motion: tuple[int, Any, Any] | None = None
@@ -59,11 +60,15 @@ class Ros2Robot:
 
     def take(self, payload: bytes, now_ns: int) -> None:
         message = wire.decode(payload, wire.JOINT_TRAJECTORY)
+        stamp_ns = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+        began_ns = stamp_ns - self.ahead_ns if stamp_ns else now_ns
         times = [point.time_from_start.sec + point.time_from_start.nanosec * 1e-9 for point in message.points]
         positions = np.array([point.positions for point in message.points])
-        if times[0] > 0:
-            times, positions = [0.0, *times], np.vstack([self.position, positions])
-        self.motion = (now_ns, np.array(times), positions)
+        if began_ns + times[-1] * 1e9 < now_ns:
+            return
+        if began_ns + times[0] * 1e9 > now_ns:
+            times, positions = [(now_ns - began_ns) * 1e-9, *times], np.vstack([self.position, positions])
+        self.motion = (began_ns, np.array(times), positions)
 
     def report(self, now_ns: int) -> None:
         self.say(self.names, [0.0, *self.position[::-1]], now_ns=now_ns)

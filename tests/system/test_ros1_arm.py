@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
@@ -182,3 +183,68 @@ def test_the_generated_messages_have_the_published_md5() -> None:
     )
     shown = subprocess.run(["/usr/bin/python3", "-c", code], cwd=DRIVERS, capture_output=True, text=True, check=True)
     assert shown.stdout.strip() == PUBLISHED_MD5["control_msgs/FollowJointTrajectoryAction"]
+
+
+AGENT = """
+import sys, time
+import numpy as np
+from shared.clock import SystemClock
+from shared.config import Table
+from shared.memory_bus import MemoryBus
+from station.arm.drivers import DriverLink, load_driver
+from station.arm.trajectory import JointTrajectory
+from station.rig.arm_model import load_arm_model
+
+model = load_arm_model("jaco2_spherical")
+link = DriverLink(bus=MemoryBus(SystemClock()), model=model, options=Table({"master_uri": sys.argv[1]}))
+driver = load_driver("ros1", link=link)
+home = np.array(model.home_rad)
+driver.start(
+    JointTrajectory(
+        times_ns=np.array([0, 60_000_000_000]),
+        position_rad=np.array([home, home + 0.6]),
+        velocity_rad_s=np.zeros((2, 6)),
+    ),
+    now_ns=time.time_ns(),
+)
+time.sleep(3600)
+"""
+
+
+def test_the_goal_of_an_agent_that_was_killed_is_cancelled(tmp_path: Path) -> None:
+    script = tmp_path / "agent.py"
+    script.write_text(AGENT, encoding="utf-8")
+    model = load_arm_model("jaco2_spherical")
+    options = Table({"master_uri": roscore(), "connect_timeout_s": PATIENCE_S})
+    with ros_arm("jaco2_spherical"):
+        looker = load_driver("ros1", link=DriverLink(bus=MemoryBus(SystemClock()), model=model, options=options))
+
+        def angle() -> float:
+            looker.tick(time.time_ns())
+            reading = looker.read()
+            return 0.0 if reading is None else float(reading.position_rad[0]) - model.home_rad[0]
+
+        try:
+            with subprocess.Popen([sys.executable, str(script), roscore()]) as agent:
+                try:
+                    wait_until(lambda: angle() > 0.01)
+                finally:
+                    agent.kill()
+            wait_until(lambda: _rests(angle))
+            assert angle() < 0.5
+        finally:
+            looker.close()
+
+
+def _rests(angle: Callable[[], float]) -> bool:
+    """True if the joint stays where it is while it would turn by 0.005 rad."""
+    before = angle()
+    time.sleep(0.5)
+    return angle() == before
+
+
+def wait_until(reached: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + PATIENCE_S
+    while not reached():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)

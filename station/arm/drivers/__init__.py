@@ -43,11 +43,15 @@ quicken(JointReading)
 
 @dataclass(frozen=True, kw_only=True)
 class DriverLink:
-    """The resources of a driver: the bus, the arm's model, and its own table of rig.toml."""
+    """The resources of a driver: the bus, the arm's model, and its own table of rig.toml.
+
+    A driver that brakes may use `acceleration_share` of the model's accelerations, as the gate lets motions do.
+    """
 
     bus: Bus
     model: ArmModel
     options: Table = field(default_factory=lambda: Table({}))
+    acceleration_share: float = 1.0
 
 
 class Driver(Protocol):

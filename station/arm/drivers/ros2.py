@@ -1,6 +1,8 @@
 """Arms under ROS 2 with a joint_trajectory_controller, over Zenoh as rmw_zenoh speaks it; no ROS needed here.
 
-A motion is one trajectory_msgs/JointTrajectory; a halt is a trajectory of one point, the last measured pose. Checked:
+A motion is a stream of short trajectories (trajectory_msgs/JointTrajectory), each of which ends at rest and is replaced
+before (`_horizons`), and a halt is one that brakes now. They are stamped by the robot's clock, so that one follows
+another without a jump, however long it is on its way; a robot without stamps begins each on its arrival. Checked:
 type hashes against the published ones, keys and bytes against two independent implementations (zenoh_ros2_sdk,
 pycdr2) where they are installed, and motions against an arm of our own on a Zenoh router. Not tried against a live
 ROS 2 or a real arm.
@@ -29,13 +31,16 @@ from shared.errors import UserError
 from shared.zenoh_bus import RawSession
 from station.arm.drivers import DriverLink, JointReading
 from station.arm.drivers import _ros2_wire as wire
+from station.arm.drivers._horizons import Horizons
 from station.arm.drivers._joint_states import JointStates
 from station.arm.drivers._robot_clock import Arrivals
 from station.arm.trajectory import JointTrajectory
 
 Array = NDArray[np.float64]
 _NODE = "repose_arm"
-_HALT_NS = 100_000_000
+_HOLD_NS = 1_000_000_000
+"""The time after which a trajectory's last point is told again: a controller refuses one that has ended on its arrival,
+and a halt of a slow motion is over in 20 ms."""
 _STATES = 100
 """Joint states that may wait for a tick: those of 0.2 s at 500 Hz, the quickest arms' rate."""
 _AGAIN_S = 0.1
@@ -63,6 +68,11 @@ class Ros2Arm:
         self._heard: deque[tuple[int, bytes]] = deque(maxlen=_STATES)
         """The payloads that wait for a tick, each behind its moment of arrival."""
         self._states = JointStates(link.model)
+        limit = link.model.max_acceleration_rad_s2 * link.acceleration_share
+        self._horizons = Horizons(limit)
+        self._ahead_ns: int | None = None
+        """This machine's time minus the robot's for the motion under way; None while the robot stamps nothing."""
+        self._fault = ""
         self._sequence = 0
         self._writer = uuid.uuid4().bytes
         self._session = RawSession(connect=[self._options.router])
@@ -125,22 +135,18 @@ class Ros2Arm:
         return found
 
     def start(self, trajectory: JointTrajectory, *, now_ns: int) -> None:
-        """Publishes the trajectory; the controller replaces what it was doing."""
-        self._publish(
-            [
-                self._point(int(time_ns), position, velocity)
-                for time_ns, position, velocity in zip(
-                    trajectory.times_ns, trajectory.position_rad, trajectory.velocity_rad_s, strict=True
-                )
-            ],
-            now_ns=now_ns,
-        )
+        """Publishes the motion's first horizon; the controller replaces what it was doing."""
+        if self._horizons.late_s(now_ns):
+            return  # the arm has left the plan from which this one goes on: the next tick says so
+        self._fault = ""
+        robot_ns = self._states.robot_ns(now_ns)
+        self._ahead_ns = None if robot_ns is None else now_ns - robot_ns
+        self._publish(self._horizons.begin(trajectory, now_ns=now_ns), now_ns=now_ns)
 
     def halt(self, *, now_ns: int) -> None:
-        """Publishes a trajectory that ends where the joints were last read; nothing before the first reading."""
-        if self._states.reading is not None:
-            here = self._states.reading.position_rad
-            self._publish([self._point(_HALT_NS, here, np.zeros_like(here))], now_ns=now_ns)
+        """Publishes the way to rest from where the arm was told to be now; nothing when it was told to rest."""
+        if rest := self._horizons.halted(now_ns):
+            self._publish(rest, now_ns=now_ns)
 
     def _point(self, time_ns: int, position: Array, velocity: Array) -> Any:
         seconds, nanoseconds = divmod(time_ns, 1_000_000_000)
@@ -153,13 +159,15 @@ class Ros2Arm:
             time_from_start=wire.message("builtin_interfaces/msg/Duration", sec=seconds, nanosec=nanoseconds),
         )
 
-    def _publish(self, points: list[Any], *, now_ns: int) -> None:
-        at_once = wire.message("builtin_interfaces/msg/Time", sec=0, nanosec=0)
+    def _publish(self, horizon: JointTrajectory, *, now_ns: int) -> None:
+        times_ns: list[int] = horizon.times_ns.tolist()
+        states = list(zip(times_ns, horizon.position_rad, horizon.velocity_rad_s, strict=True))
+        states.append((times_ns[-1] + _HOLD_NS, *horizon.at(times_ns[-1])))
         trajectory = wire.message(
             wire.JOINT_TRAJECTORY,
-            header=wire.message("std_msgs/msg/Header", stamp=at_once, frame_id=""),
+            header=wire.message("std_msgs/msg/Header", stamp=self._stamp(now_ns), frame_id=""),
             joint_names=list(self._model.joint_names),
-            points=points,
+            points=[self._point(*state) for state in states],
         )
         self._sequence += 1
         self._session.put(
@@ -168,8 +176,21 @@ class Ros2Arm:
             attachment=wire.attachment(self._sequence, stamp_ns=now_ns, writer=self._writer),
         )
 
+    def _stamp(self, now_ns: int) -> Any:
+        """Returns this moment by the robot's clock, or zeros, which mean the arrival."""
+        robot_ns = 0 if self._ahead_ns is None else now_ns - self._ahead_ns
+        seconds, nanoseconds = divmod(robot_ns, 1_000_000_000)
+        return wire.message("builtin_interfaces/msg/Time", sec=seconds, nanosec=nanoseconds)
+
     def tick(self, now_ns: int) -> None:
-        """Takes in the joint states that have arrived; bytes that are none are counted, logged and left out."""
+        """Publishes the next horizon once it is due, and takes in the joint states that have arrived.
+
+        Bytes that are none are counted, logged and left out.
+        """
+        if late_s := self._horizons.late_s(now_ns):
+            self._fault = f"this machine was busy for {late_s:.1f} s, and the arm braked by itself: give it less to do"
+        elif horizon := self._horizons.renewed(now_ns):
+            self._publish(horizon, now_ns=now_ns)
         self._states.tick(now_ns)
         with contextlib.suppress(IndexError):
             while True:
@@ -195,11 +216,11 @@ class Ros2Arm:
         return self._states.reading
 
     def fault(self) -> str:
-        """Returns why no joint state so far was the arm's, in one sentence; nothing once one was."""
-        return self._states.fault()
+        """Returns why no joint state is the arm's, or why it left its motion, in a sentence; empty if all is well."""
+        return self._fault or self._states.fault()
 
     def close(self) -> None:
-        """Closes the Zenoh session; the agent has brought what moves to rest before."""
+        """Closes the Zenoh session; what moves comes to rest with its last horizon."""
         self._session.close()
 
 

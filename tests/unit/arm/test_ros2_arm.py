@@ -18,11 +18,13 @@ from shared.errors import UserError
 from shared.memory_bus import MemoryBus
 from shared.zenoh_bus import RawSession
 from station.arm.drivers import Driver, DriverLink, _ros2_wire, load_driver
+from station.arm.tilt_path import TiltStage
 from station.arm.trajectory import JointTrajectory
 from station.rig.arm_model import ArmModel
 from tests.contracts.ros2_robot import TRAJECTORY, Ros2Robot
 from tests.patience import PATIENCE_S
 from tests.system.ros1 import free_port
+from tests.unit.arm.test_stopping import tilting
 
 
 def connect(model: ArmModel, endpoint: str, *, timeout_s: float = 0.5, bus: MemoryBus | None = None) -> Driver:
@@ -148,6 +150,86 @@ def test_readings_are_stamped_by_the_agents_clock(model: ArmModel, ahead_s: floa
             robot.close()
 
 
+@pytest.fixture(scope="module")
+def long_tilt(stage: TiltStage) -> JointTrajectory:
+    return tilting(stage, rate_deg_s=5.0, angle_deg=40.0)
+
+
+@contextmanager
+def moving(model: ArmModel, motion: JointTrajectory, *, ahead_ns: int = 0) -> Generator[tuple[Ros2Robot, Driver]]:
+    """A robot on its way, whose clock is ahead of ours."""
+    with router() as endpoint:
+        robot = Ros2Robot(model, endpoint=endpoint)
+        robot.ahead_ns = ahead_ns
+        driver = connect(model, endpoint)
+        try:
+            until_named(driver, robot)
+            driver.start(motion, now_ns=time.time_ns())
+            for _ in range(150):
+                driver.tick(time.time_ns())
+                robot.step(time.time_ns())
+                time.sleep(0.01)
+            assert np.abs(robot.position - motion.position_rad[0]).max() > 0.02
+            yield robot, driver
+        finally:
+            driver.close()
+            robot.close()
+
+
+def step_until_rest(robot: Ros2Robot) -> np.ndarray:
+    """Let the robot move until it rests, silently, and give all of its positions, (k, 6)."""
+    trail = [robot.position]
+    robot.report = lambda now_ns: None  # noqa: ARG005
+    while len(trail) < 30 or np.ptp(trail[-30:], axis=0).max() > 0:
+        robot.step(time.time_ns())
+        trail.append(robot.position)
+        time.sleep(0.01)
+    return np.array(trail)
+
+
+def test_an_arm_whose_agent_dies_comes_to_rest(model: ArmModel, long_tilt: JointTrajectory) -> None:
+    with moving(model, long_tilt) as (robot, _):
+        trail = step_until_rest(robot)
+    at = np.abs(long_tilt.position_rad[-1] - trail).max(axis=1)
+    assert at[-1] > 0.1
+    assert at[0] - at[-1] < 0.2
+
+
+def test_a_halt_without_joint_states_never_moves_back(model: ArmModel, long_tilt: JointTrajectory) -> None:
+    with moving(model, long_tilt) as (robot, driver):
+        driver.halt(now_ns=time.time_ns())
+        trail = step_until_rest(robot)
+    way = long_tilt.position_rad[-1] - long_tilt.position_rad[0]
+    assert np.diff(trail @ way).min() >= -1e-4  # the robot of this test plays its points linearly
+    assert np.abs(long_tilt.position_rad[-1] - trail[-1]).max() > 0.1
+
+
+def test_a_halt_goes_nowhere_near_an_old_reading(model: ArmModel, long_tilt: JointTrajectory) -> None:
+    with moving(model, long_tilt) as (robot, driver):
+        for _ in range(30):  # the joint states stay away while the arm moves on
+            robot.report = lambda now_ns: None  # noqa: ARG005
+            driver.tick(time.time_ns())
+            robot.step(time.time_ns())
+            time.sleep(0.01)
+        driver.halt(now_ns=time.time_ns())
+        trail = step_until_rest(robot)
+    way = long_tilt.position_rad[-1] - long_tilt.position_rad[0]
+    assert np.diff(trail @ way).min() >= -1e-4
+
+
+@pytest.mark.parametrize("ahead_s", [0.0, 90.0, -1e9])
+def test_horizons_are_stamped_by_the_robots_clock(model: ArmModel, long_tilt: JointTrajectory, ahead_s: float) -> None:
+    ahead_ns = round(ahead_s * 1e9)
+    began_ns = time.time_ns()
+    with moving(model, long_tilt, ahead_ns=ahead_ns) as (robot, _):
+        heard = [_ros2_wire.decode(payload, _ros2_wire.JOINT_TRAJECTORY) for payload, _ in robot.received]
+    assert len(heard) > 3
+    for message in heard:
+        stamp_ns = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+        assert began_ns + ahead_ns - 10**9 < stamp_ns < time.time_ns() + ahead_ns
+        assert not np.any(message.points[-1].velocities)
+
+
 JUNK = b"\x00\x01\x00\x00\xff\xff\xff\xff"
 """Eight bytes, as of another program's type on the key of the joint states."""
 DEFINITIONS = {
@@ -226,7 +308,7 @@ def test_another_implementation_of_rmw_zenoh_and_the_driver_hear_each_other(mode
                 header=header, name=list(model.joint_names), position=home, velocity=nothing, effort=nothing
             )
             driver.tick(time.time_ns())
-            if heard and driver.read():
+            if heard and driver.read() and np.array_equal(heard[-1].points[-1].positions, home + 0.01):
                 break
             time.sleep(0.01)
         reading = driver.read()
@@ -235,5 +317,9 @@ def test_another_implementation_of_rmw_zenoh_and_the_driver_hear_each_other(mode
     assert began_ns <= reading.stamp_ns <= time.time_ns()
     np.testing.assert_array_equal(reading.position_rad, home)
     assert tuple(heard[0].joint_names) == model.joint_names
-    np.testing.assert_array_equal(heard[0].points[1].positions, home + 0.01)
-    assert (heard[0].points[1].time_from_start.sec, heard[0].points[1].time_from_start.nanosec) == (1, 500_000_000)
+    np.testing.assert_allclose(heard[0].points[0].positions, home)
+    np.testing.assert_array_equal(heard[-1].points[-1].positions, home + 0.01)
+    seconds = [point.time_from_start.sec + point.time_from_start.nanosec * 1e-9 for point in heard[0].points]
+    assert seconds[0] == 0.0
+    assert seconds == sorted(seconds)
+    assert 1.4 < seconds[-1] < 2.6  # half a second, the way to rest, and a second's hold
