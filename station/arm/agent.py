@@ -234,8 +234,8 @@ class ArmAgent:
         """Stops the motion under way at once, where it is, and says why; what has not begun never will."""
         motion, self._motion = self._motion, None
         if motion is not None:
-            self._driver.halt(now_ns=self._now_ns)
-            self._tilter.halt(elapsed_ns=self._now_ns - motion.began_ns)
+            passing_ns = self._driver.halt(now_ns=self._now_ns) or 0  # a driver to the older contract returns nothing
+            self._tilter.halt(elapsed_ns=self._now_ns - motion.began_ns + passing_ns)
             self._report(motion, end_ns=self._now_ns, fault=reason)
             self._log(ERROR, f"motion stopped: {reason}")
         self._give_up(reason)

@@ -31,6 +31,12 @@ class Robot:
         if told is not None:
             self.told, self.heard_ns = told, self.now_ns
 
+    def halt(self) -> int:
+        halted = self.horizons.halted(self.now_ns)
+        assert halted is not None
+        self.hear(halted[0])
+        return halted[1]
+
     def run(self, until_ns: int) -> None:
         while self.now_ns < BEGAN_NS + until_ns:
             self.now_ns += TICK_NS
@@ -66,11 +72,11 @@ def test_an_agent_that_was_away_too_long_goes_on_with_nothing(stage: TiltStage, 
     robot.run(1_000_000_000)
     robot.now_ns = robot.heard_ns + HORIZON_NS - 1
     assert robot.horizons.late_s(robot.now_ns) == 0.0
-    robot.now_ns += 100_000_000
+    robot.now_ns += 20_000_001
     assert robot.horizons.renewed(robot.now_ns) is None
-    assert robot.horizons.late_s(robot.now_ns) == pytest.approx(0.6, abs=1e-6)
+    assert robot.horizons.late_s(robot.now_ns) == pytest.approx(0.52, abs=1e-6)
     before = robot.where()
-    robot.hear(robot.horizons.halted(robot.now_ns))
+    robot.halt()
     np.testing.assert_allclose(robot.where(), before, rtol=0, atol=1e-6)
     assert robot.horizons.late_s(robot.now_ns) == 0.0
 
@@ -80,8 +86,10 @@ def test_a_halt_brakes_from_where_the_arm_was_told_to_be(stage: TiltStage, motio
     robot = Robot(stage, motion)
     robot.run(at_ns)
     before, velocity = robot.told.at(robot.now_ns - robot.heard_ns)
-    robot.hear(robot.horizons.halted(robot.now_ns))
+    passing_ns = robot.halt()
     np.testing.assert_allclose(robot.where(), before, rtol=0, atol=1e-9)
+    rest = motion.at(robot.now_ns - BEGAN_NS + passing_ns)[0]
+    np.testing.assert_allclose(robot.where(later_ns=HORIZON_NS), rest, rtol=0, atol=1e-5)
     assert ((robot.told.position_rad - before) @ velocity >= -1e-12).all()
     assert robot.told.duration_ns < RENEWAL_NS
     assert robot.horizons.renewed(robot.now_ns + HORIZON_NS) is None
