@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from station.sampling.no_slide import is_no_slide
 from station.sampling.plan import SlipPlan
 from station.sampling.run import Run
 from station.sampling.tracks import Tracks
@@ -19,12 +22,11 @@ def read_slide(run: Run, *, tracks: Tracks, plan: SlipPlan) -> None:
     averaged_from_ns = run.detect_ns - round(plan.average_s * 1e9)
     run.euler_rad = tracks.mean_euler_rad(from_ns=averaged_from_ns)
     since_ns = max(run.tilt_ns, run.detect_ns - _FITTED_NS)
-    beta = run.direction.azimuth_rad
     variance = run.reference.variance_px2 if run.reference else ()
     onset = tracks.onset(
         since_ns=since_ns,
         detect_ns=run.detect_ns,
-        downhill=(math.sin(beta), -math.cos(beta)),
+        downhill=_downhill(run),
         sigma_px=math.sqrt(sum(variance) / len(variance)) if variance else 1.0,
     )
     if onset is not None:
@@ -37,6 +39,8 @@ def read_slide(run: Run, *, tracks: Tracks, plan: SlipPlan) -> None:
         run.flags.append(UNRESOLVED)
     if _is_unseen(run, tracks, since_ns=since_ns):
         run.disturb("gap")
+    if _is_no_slide(run, tracks, plan, since_ns=since_ns):
+        run.disturb("no_slide")
 
 
 def _is_unseen(run: Run, tracks: Tracks, *, since_ns: int) -> bool:
@@ -54,3 +58,18 @@ def _is_unseen(run: Run, tracks: Tracks, *, since_ns: int) -> bool:
         return True
     attitudes_ns = tracks.attitudes_ns(since_ns=since_ns)
     return bool(run.slip_ns) and are_away(attitudes_ns, from_ns=run.slip_ns, to_ns=run.detect_ns)
+
+
+def _is_no_slide(run: Run, tracks: Tracks, plan: SlipPlan, *, since_ns: int) -> bool:
+    """Returns true if what moved in the picture was no block that slides; false where too little is known of it."""
+    seen = tracks.seen(since_ns=since_ns, until_ns=run.detect_ns)
+    if seen is None or tracks.geometry is None:
+        return False
+    m_per_px = tracks.geometry.mm_per_px * 1e-3
+    return is_no_slide(seen, down=np.array(_downhill(run)), plan=plan, m_per_px=m_per_px)
+
+
+def _downhill(run: Run) -> tuple[float, float]:
+    """Returns the unit vector of the steepest way down, in the plate's frame."""
+    beta = run.direction.azimuth_rad
+    return math.sin(beta), -math.cos(beta)

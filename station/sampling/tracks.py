@@ -15,8 +15,12 @@ from shared.messages import REPEATED, CameraGeometry, ClockOffset, MarkerCorners
 from station.friction.onset import Onset, estimate_onset
 from station.rig.opening import Opening, square_corners
 from station.sampling.clock_step import is_another_clock
+from station.sampling.no_slide import Seen
 from station.sampling.slip import displacements_px
 from station.signals.traced import trace
+
+_Frame = tuple[int, tuple[float, ...]]
+"""A frame's time, ns, and its corners, px."""
 
 _ATTITUDES = 600
 _FRAMES = 540
@@ -43,7 +47,7 @@ class Tracks:
     _starts: deque[int] = field(default_factory=lambda: deque(maxlen=_STARTS))
     _attitudes: deque[tuple[int, float]] = field(default_factory=lambda: deque(maxlen=_ATTITUDES))
     _quaternions: deque[tuple[int, tuple[float, float, float, float]]] = field(default_factory=lambda: deque(maxlen=64))
-    _frames: deque[tuple[int, tuple[float, ...]]] = field(default_factory=lambda: deque(maxlen=_FRAMES))
+    _frames: deque[_Frame] = field(default_factory=lambda: deque(maxlen=_FRAMES))
     _offsets: dict[str, ClockOffset] = field(default_factory=dict[str, ClockOffset])
 
     def take_offset(self, message: ClockOffset) -> bool:
@@ -150,6 +154,23 @@ class Tracks:
             if since_ns <= stamp <= until_ns
         ]
 
+    def seen(self, *, since_ns: int, until_ns: int) -> Seen | None:
+        """Returns the path of the block in some frames; None without calibration, frames or attitudes."""
+        frames = sorted(self._frames_within(since_ns, until_ns))
+        if self.geometry is None or not frames or not self._attitudes:
+            return None
+        stamps, readings = np.array([stamp for stamp, _ in frames]), list(self._attitudes)
+        tilt_rad = np.interp(stamps, [stamp for stamp, _ in readings], [tilt for _, tilt in readings])
+        return Seen((stamps - stamps[0]) * 1e-9, self._places_m(frames, self.geometry), tilt_rad)
+
+    def _frames_within(self, since_ns: int, until_ns: int) -> list[_Frame]:
+        return [frame for frame in self._frames if since_ns <= frame[0] <= until_ns]
+
+    def _places_m(self, frames: list[_Frame], geometry: CameraGeometry) -> NDArray[np.float64]:
+        """Returns where the middle of the mark was in frames, (n, 2), m on the plate."""
+        centres = self._straight([corners for _, corners in frames]).reshape(-1, 4, 2).mean(axis=1)
+        return corners_on_plate(centres, geometry)
+
     def attitudes_ns(self, *, since_ns: int) -> list[int]:
         """Returns the times, ns, of the attitudes."""
         return [stamp for stamp, _ in self._attitudes if stamp >= since_ns]
@@ -158,13 +179,12 @@ class Tracks:
         """Gives the onset of the slide that the rule detected at `detect_ns`, fitted to all frames since `since_ns`."""
         if self.geometry is None:
             return None
-        frames = [(stamp, corners) for stamp, corners in self._frames if since_ns <= stamp <= detect_ns]
+        frames = self._frames_within(since_ns, detect_ns)
         attitudes = [(stamp, tilt) for stamp, tilt in self._attitudes if stamp >= since_ns - 100_000_000]
         if len(frames) < 2 or len(attitudes) < 2:
             return None
         stamps = [stamp for stamp, _ in frames]
-        centres = self._straight([corners for _, corners in frames]).reshape(-1, 4, 2).mean(axis=1)
-        path = corners_on_plate(centres, self.geometry)
+        path = self._places_m(frames, self.geometry)
         return trace(
             estimate_onset,
             stamps,

@@ -21,6 +21,7 @@ from shared.messages import (
     SessionPause,
 )
 from station.rig.opening import Opening
+from station.sampling.direction import slide_in_image
 from station.sampling.machine import OWN_ORDER, SamplingMachine
 from station.sampling.plan import DirectionPlan, DwellPlan, Plan, ReferencePlan, SlipPlan, TiltPlan
 from station.sampling.run import Specimen
@@ -582,6 +583,30 @@ def test_attitudes_that_are_missing_while_the_block_slides_flag_the_run(monkeypa
         rig.run(0.3, until=lambda _: False)
     finished(rig)
     assert [sample.flags for sample in rig.samples] == [("disturbed_gap",), ()]
+
+
+def moved_by(message: MarkerCorners, x_px: float, y_px: float) -> MarkerCorners:
+    moves = (x_px, y_px) * 4
+    return dataclasses.replace(
+        message, corners_px=tuple(place + move for place, move in zip(message.corners_px, moves, strict=True))
+    )
+
+
+@pytest.mark.parametrize(("by_px", "in_s"), [(-30.0, 0.06), (30.0, 0.06), (-100.0, 0.005), (100.0, 0.005)])
+def test_what_moves_as_no_block_slides_flags_the_run(by_px: float, in_s: float):
+    """The camera is knocked, the block is pushed, or the tracker jumps to another mark, at a tilt of 6 degrees."""
+    began_ns: list[int] = []
+
+    def knocked(message: MarkerCorners, rig: ScriptedRig) -> MarkerCorners:
+        if rig.samples or (rig.tilt_rad < math.radians(6.0) and not began_ns):
+            return message
+        began_ns.append(rig.now_ns)
+        share = min((rig.now_ns - began_ns[0]) / (in_s * 1e9), 1.0)
+        x, y = slide_in_image(rig.commands[-1].azimuth_rad)
+        return moved_by(message, by_px * share * x, by_px * share * y)
+
+    rig = finished(ScriptedRig(Plan(samples=1), friction_rad=0.3, on_corners=knocked))
+    assert [sample.flags for sample in rig.samples] == [("disturbed_no_slide",), ()]
 
 
 def test_a_sample_that_cannot_be_measured_is_none():
