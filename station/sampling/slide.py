@@ -37,14 +37,17 @@ def read_slide(run: Run, *, tracks: Tracks, plan: SlipPlan) -> None:
         run.onset_rad = tracks.mean_tilt_rad(from_ns=averaged_from_ns)
         run.onset_sigma_rad = (high - low) / math.sqrt(12.0)
         run.flags.append(UNRESOLVED)
-    if _is_unseen(run, tracks, since_ns=since_ns):
+    if _is_unseen(run, tracks, since_ns=since_ns, averaged_from_ns=averaged_from_ns):
         run.disturb("gap")
     if _is_no_slide(run, tracks, plan, since_ns=since_ns):
         run.disturb("no_slide")
 
 
-def _is_unseen(run: Run, tracks: Tracks, *, since_ns: int) -> bool:
-    """Returns true if frames or attitudes are missing where they would tell when the block began to slide."""
+def _is_unseen(run: Run, tracks: Tracks, *, since_ns: int, averaged_from_ns: int) -> bool:
+    """Returns true if frames or attitudes are missing where they would tell when the block began to slide.
+
+    Stuck encoders give no attitudes. Without an onset the slide is the time over which attitudes are averaged.
+    """
     if run.reference is None or tracks.geometry is None:
         return False
     m_per_px = tracks.geometry.mm_per_px * 1e-3
@@ -57,7 +60,13 @@ def _is_unseen(run: Run, tracks: Tracks, *, since_ns: int) -> bool:
     ):
         return True
     attitudes_ns = tracks.attitudes_ns(since_ns=since_ns)
-    return bool(run.slip_ns) and are_away(attitudes_ns, from_ns=run.slip_ns, to_ns=run.detect_ns)
+    if run.slip_ns and are_away(attitudes_ns, from_ns=run.slip_ns, to_ns=run.detect_ns):
+        return True
+    return tracks.attitude_repeats.are_stuck(
+        since_ns=since_ns,
+        slide_ns=run.detect_ns - (run.slip_ns or averaged_from_ns),
+        rate_rad_s=math.radians(run.rate_deg_s),
+    )
 
 
 def _is_no_slide(run: Run, tracks: Tracks, plan: SlipPlan, *, since_ns: int) -> bool:

@@ -609,6 +609,27 @@ def test_what_moves_as_no_block_slides_flags_the_run(by_px: float, in_s: float):
     assert [sample.flags for sample in rig.samples] == [("disturbed_no_slide",), ()]
 
 
+@pytest.mark.parametrize("stuck_s", [0.4, 60.0])
+def test_encoders_that_are_stuck_while_the_plate_turns_flag_the_run(monkeypatch: pytest.MonkeyPatch, stuck_s: float):
+    rig = ScriptedRig(Plan(samples=1), friction_rad=0.3)
+    rig.run(60.0, until=lambda rig: rig.tilt_rad > 0.27)
+    give, told, began_ns = rig.give, list[PlatformState](), rig.now_ns
+
+    def stuck(message: Message) -> None:
+        if isinstance(message, PlatformState) and not rig.samples and rig.now_ns < began_ns + stuck_s * 1e9:
+            told.append(message)
+            give(dataclasses.replace(told[0], stamp_ns=message.stamp_ns))
+        else:
+            give(message)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(rig, "give", stuck)
+        rig.run(60.0, until=lambda rig: bool(rig.samples))
+    finished(rig)
+    assert "disturbed_gap" in rig.samples[0].flags
+    assert rig.samples[-1].flags == ()
+
+
 def test_a_sample_that_cannot_be_measured_is_none():
     """A calibration that puts the block a thousand kilometres away would make a sample that nobody can read."""
     a, b, _, *rest = GEOMETRY.plate_from_pixel
