@@ -20,7 +20,7 @@ DECISIONS = ("arm/command", "session/event", "session/sample")
 _TOPIC_OF: dict[type[Message], str] = {TiltCommand: DECISIONS[0], RunEvent: DECISIONS[1], Sample: DECISIONS[2]}
 _ROUNDING = 1e-9
 STOPPED = "stopped by"
-"""The begin of the reason of an end that no message caused: what follows it cannot be replayed."""
+"""The begin of the reason of an end that no message caused: the machine does not decide it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,8 +71,8 @@ class Verdict:
 def replay(machine: SamplingMachine, stream: Iterable[tuple[str, Message, int]]) -> dict[str, Verdict]:
     """Feeds a recording to a fresh machine and compares its decisions with the recorded ones; a verdict for each topic.
 
-    Nothing may be missing but what was decided in the last `UNRECORDED_S`, no sample whose run is recorded as done, and
-    no sample may follow a stop.
+    Nothing may be missing but what was decided in the last `UNRECORDED_S`, and no sample whose run is recorded as done.
+    A stop by hand ends the session: nothing but the command to level may be decided by it, or after it.
 
     Args:
         machine: built with the plan, seed, reach and specimen of the recording.
@@ -92,20 +92,25 @@ UNRECORDED_S = 1.0
 same process within milliseconds; a busy machine is given a second."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Stop:
+    """A stop by hand: its stamp, the receive time of what came before it, and what was decided by then, by topic."""
+
+    stamp_ns: int
+    before_ns: int
+    decided: Mapping[str, int]
+
+
 def _lanes(machine: SamplingMachine, stream: Iterable[tuple[str, Message, int]]) -> dict[str, _Lane]:
     # Each topic by itself: between topics the bus keeps no order, and the receive times of neighbours may swap.
     lanes = {topic: _Lane() for topic in DECISIONS}
-    stopped_ns, end_ns = None, 0
+    stop, end_ns = None, 0
     for topic, message, now_ns in stream:
-        if stopped_ns is not None:
-            if isinstance(message, Sample):
-                lanes[topic].recorded.append(message)
-            continue
         if topic in DECISIONS:
-            if _stopped(message):
-                stopped_ns = message.stamp_ns
-                continue
             lanes[topic].recorded.append(message)
+        if isinstance(message, RunEvent):  # only the last one can have ended the session: it went on after any other
+            decided = {topic: len(lane.replayed) for topic, lane in lanes.items()}
+            stop = _Stop(message.stamp_ns, end_ns, decided) if _stopped(message) else None
         if topic in INPUTS:
             for decision in _decisions(machine.handle(message, now_ns=now_ns)):
                 lanes[_TOPIC_OF[type(decision)]].decided(decision, now_ns)
@@ -113,9 +118,23 @@ def _lanes(machine: SamplingMachine, stream: Iterable[tuple[str, Message, int]])
     for lane in lanes.values():
         lane.end_ns = end_ns
     lanes["session/sample"].proven = sum(_done(event) for event in lanes["session/event"].recorded)
-    if stopped_ns is not None:
-        lanes["arm/command"].end_at(stopped_ns)
+    if stop is not None:
+        _end_at(stop, lanes)
     return lanes
+
+
+def _end_at(stop: _Stop, lanes: Mapping[str, _Lane]) -> None:
+    """Leaves out the stop, its command to level, and whatever a session would have decided that had gone on."""
+    lanes["session/event"].recorded.pop()
+    commands = lanes["arm/command"]
+    commands.recorded = [message for message in commands.recorded if not _levels(message, stop)]
+    for topic, lane in lanes.items():
+        del lane.replayed[stop.decided[topic] :], lane.decided_ns[stop.decided[topic] :]
+        lane.end_ns = stop.before_ns
+
+
+def _levels(message: Message, stop: _Stop) -> bool:
+    return isinstance(message, TiltCommand) and message.angle_rad == 0.0 and message.stamp_ns == stop.stamp_ns
 
 
 @dataclass(slots=True)
@@ -135,11 +154,6 @@ class _Lane:
         """Takes a decision of the replay, and when it was taken."""
         self.replayed.append(decision)
         self.decided_ns.append(now_ns)
-
-    def end_at(self, stopped_ns: int) -> None:
-        """Leaves out the commands from that moment on: one may have been received before the event that explains it."""
-        before = [message for message in self.recorded if topics.capture_ns(message) < stopped_ns]
-        self.recorded = before
 
     def compare(self) -> tuple[int, Difference | None]:
         """Returns the number of decisions that agree, and the first that does not.

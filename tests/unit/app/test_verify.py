@@ -17,6 +17,7 @@ from tests.unit.app.forging import Edit, Item, forged
 from tests.unit.recording.session import record
 
 GOLDEN = Path(__file__).parents[2] / "golden" / "session.mcap"
+DECIDED = (RunEvent, TiltCommand, Sample)
 
 
 def parts(found: Verification) -> dict[str, str]:
@@ -126,23 +127,44 @@ def test_a_sample_in_the_middle_that_was_left_out_is_found(tmp_path: Path) -> No
     assert parts(verify(forged(GOLDEN, tmp_path / "less.mcap", edit)))["samples"] == "different"
 
 
-def test_a_forged_stop_hides_no_sample(tmp_path: Path) -> None:
-    """The machine does not decide what follows a stop by hand, and no sample is among it."""
+def stopped_after_run_1(*, keeping: tuple[type, ...]) -> Edit:
+    """A stop after the first run; of what was decided later only these kinds are kept."""
 
     def edit(items: Iterator[Item]) -> Iterable[Item]:
-        seen = 0
+        stopped = False
         for item in items:
-            yield item
-            if isinstance(item.message, RunEvent):
-                seen += 1
-                if seen == 5:
-                    stop = RunEvent(stamp_ns=item.message.stamp_ns, phase="ABORTED", reason=f"{STOPPED} the user")
-                    yield replace(item, log_ns=item.log_ns + 1).with_message(stop)
+            if not stopped or not isinstance(item.message, DECIDED) or isinstance(item.message, keeping):
+                yield item
+            if not stopped and isinstance(item.message, RunEvent) and item.message.phase == "DONE":
+                stopped = True
+                stop = RunEvent(stamp_ns=item.log_ns + 1, phase="ABORTED", reason=f"{STOPPED} a signal")
+                yield replace(item, log_ns=item.log_ns + 1).with_message(stop)
 
-    found = verify(forged(GOLDEN, tmp_path / "stopped.mcap", edit))
-    assert parts(found)["samples"] == "different"
+    return edit
+
+
+def test_a_forged_stop_hides_no_sample(tmp_path: Path) -> None:
+    found = verify(forged(GOLDEN, tmp_path / "stopped.mcap", stopped_after_run_1(keeping=(Sample,))))
+    assert parts(found) == parts(found) | {"decisions": "identical", "samples": "different"}
     assert found.first is not None
     assert found.first.derived is None
+
+
+@pytest.mark.parametrize(
+    ("keeping", "different"),
+    [
+        ((RunEvent, TiltCommand), "samples"),
+        (DECIDED, "decisions"),
+        ((RunEvent,), "decisions"),
+        ((TiltCommand,), "decisions"),
+    ],
+)
+def test_a_session_that_went_on_was_not_stopped(tmp_path: Path, keeping: tuple[type, ...], different: str) -> None:
+    """One inserted event once ended the comparison: whatever followed it, but samples, was not looked at."""
+    found = verify(forged(GOLDEN, tmp_path / "stopped.mcap", stopped_after_run_1(keeping=keeping)))
+    assert not found.holds
+    assert parts(found)["decisions"] == "different"
+    assert parts(found)[different] == "different"
 
 
 def test_json_says_the_same(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
