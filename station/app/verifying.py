@@ -21,6 +21,7 @@ from station.app.commands.check import machine_of
 from station.app.corners_again import CornersAgain, corners_again, picture_tracker
 from station.app.outputs import without_nan
 from station.app.signature import Signature, file_sha256, signature_path
+from station.recording.counts import METADATA as COUNTS
 from station.recording.malformed import left_out
 from station.recording.reader import RecordingReader, open_recording
 from station.rig.placed_arm import placed_arm
@@ -125,14 +126,20 @@ def _signature(path: Path, sha256: str, keys: Path | None) -> Signature | None:
 
 
 def _content(reader: RecordingReader) -> Part:
-    """Returns the file's own checksums: of chunks and attachments (a wrong one raises UserError), and of metadata."""
+    """Compares the files with what they say of themselves: their parts, their counts, and the metadata's checksums.
+
+    A wrong checksum of a chunk or an attachment raises UserError.
+    """
     names = [name for name, info in reader.topics.items() if info.message and not name.startswith("truth/")]
     count = sum(len(batch.log_ns) for _, batch in reader.batches(names))
     attached, changed = len(reader.attachments), reader.changed_metadata
+    lost = [*reader.parts_missing, *reader.miscounted]
     if changed:
-        what = f"metadata {', '.join(repr(name) for name in changed)} is not as it was written"
-        where = Mismatch("metadata", reader.start_ns, changed[0], "", "")
-        return Part("content", "different", count, _with_left_out(what, reader), where)
+        lost.append(f"metadata {', '.join(repr(name) for name in changed)} is not as it was written")
+    if lost:
+        name = changed[0] if changed else "part" if reader.parts_missing else COUNTS
+        where = Mismatch("metadata", reader.start_ns, name, "", "")
+        return Part("content", "different", count, _with_left_out("; ".join(lost), reader), where)
     words = f"{count} messages and {attached} attached files match their checksums"
     return Part("content", "identical", count, _with_left_out(words, reader))
 

@@ -20,6 +20,8 @@ from shared.errors import UserError
 from shared.messages import Sample
 from shared.visible import visible
 from station.recording.batches import Batch
+from station.recording.counts import METADATA as COUNTS
+from station.recording.counts import miscounted
 from station.recording.described import Described, attachments_at, metadata_at
 from station.recording.in_batches import in_batches
 from station.recording.in_order import in_order
@@ -141,6 +143,13 @@ class RecordingReader(RecordingInfo):
     def changed_metadata(self) -> tuple[str, ...]:
         """The metadata records that are not as they were written."""
         return self._described.changed
+
+    @cached_property
+    def miscounted(self) -> tuple[str, ...]:
+        """Sentences on topics of which it holds another number of messages than were written."""
+        return tuple(
+            miscounted(self.metadata.get(COUNTS, {}), {name: info.count for name, info in self.topics.items()})
+        )
 
     @cached_property
     def _described(self) -> Described:

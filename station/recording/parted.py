@@ -117,6 +117,11 @@ class PartedReader(RecordingReader):
         return tuple(dict.fromkeys(name for part in self._parts for name in part.changed_metadata))
 
     @cached_property
+    def miscounted(self) -> tuple[str, ...]:
+        """Sentences on topics of which a part holds another number of messages than were written into it."""
+        return tuple(f"{part.path.name}: {sentence}" for part in self._parts for sentence in part.miscounted)
+
+    @cached_property
     def attachments(self) -> dict[str, bytes]:
         """The attached files of all parts by name; of several with one name the first, with which the session began."""
         return {name: data for part in reversed(self._parts) for name, data in part.attachments.items()}

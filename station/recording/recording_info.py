@@ -29,6 +29,11 @@ class RecordingInfo:
         """The last log time."""
 
     @property
+    def parts_missing(self) -> tuple[str, ...]:
+        """Sentences on parts of a recording in several files that are not there, or hold something else."""
+        return (*self.seams, *filter(None, [self.missing]))
+
+    @property
     def topics(self) -> dict[str, TopicInfo]:
         """Every topic of the file, `truth/` too, by name."""
         return {info.name: info for info in sorted(self._infos.values(), key=lambda info: info.name)}

@@ -10,6 +10,7 @@ from pathlib import Path
 from mcap.records import Attachment, Channel
 
 from shared.errors import UserError
+from station.recording.counts import METADATA as COUNTS
 from station.recording.disk import ReservedFile, being_written, reserve_path
 from station.recording.malformed import counted
 from station.recording.mcap_file import McapFile
@@ -124,7 +125,7 @@ def _copy(salvage: Salvage, output: McapFile, keep: Callable[[Channel], bool], *
                     )
         elif isinstance(item, Attachment):
             output.add_attachment(item.name, item.data, media_type=item.media_type, stamp_ns=item.log_time)
-        else:
+        elif counting or item.name != COUNTS:  # a copy without some topics is not what was counted
             output.add_metadata(item.name, item.metadata)
 
 

@@ -19,6 +19,8 @@ from shared import topics, wire
 from shared.bus import Received
 from shared.errors import UserError
 from shared.messages import ClockOffset, Message
+from station.recording.counts import METADATA as COUNTS
+from station.recording.counts import counts_record
 from station.recording.disk import RESERVE_BYTES, ReservedFile, free_bytes
 from station.recording.for_viewers import for_viewers
 from station.recording.mcap_file import McapFile
@@ -135,11 +137,17 @@ class Recording:
         except UserError:
             return
         self.add_metadata(METADATA, self._part() | {CONTINUED: path.name})
+        self._add_counts()
         ended, ended_file, ended_path = self._writer, self._file, self._part_path
         self._sequences |= {name: channel.sequence for name, channel in self._channels.items()}
         self._number, self._messages_before = self._number + 1, self._messages_before + ended.messages
         self._begin(path, file)
         _finish(ended, ended_file, ended_path)
+
+    def _add_counts(self) -> None:
+        """Writes how many messages this file holds, last of all: what a copy of it loses is told by that."""
+        counts = {name: channel.sequence - self._sequences.get(name, 0) for name, channel in self._channels.items()}
+        self.add_metadata(COUNTS, counts_record(counts))
 
     def attach(self, file: Attachment, *, stamp_ns: int) -> None:
         """Puts a file into the recording."""
@@ -299,6 +307,7 @@ class Recording:
         if not self._closed:
             self._closed = True
             try:
+                self._add_counts()
                 _finish(self._writer, self._file, self._part_path)
             except OSError as error:
                 self._give_up(error)

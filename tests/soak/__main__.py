@@ -78,9 +78,9 @@ def incomplete(reader: RecordingReader, samples: int) -> int:
     held, known = len(reader.samples()), sum(counts.values())
     count = sum(len(batch.channel) for _, batch in reader.batches(counts))
     print(f"{len(files_of(reader.path))} files, read as one: {held} of {samples} samples, {count} of {known} messages")
-    for sentence in (*reader.seams, *filter(None, [reader.missing])):
+    for sentence in reader.parts_missing:
         print(sentence)
-    return int(held != samples or count != known or bool(reader.seams) or bool(reader.missing))
+    return int(held != samples or count != known or bool(reader.parts_missing))
 
 
 def keep(found: Sequence[Reading], path: Path) -> None:

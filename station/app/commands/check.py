@@ -26,7 +26,7 @@ from station.sampling.replay import DECISIONS, first_of, replay
 NAME = "check"
 HELP = "replay a recording's messages: does the logic take the same decisions?"
 EXAMPLE = "station check sim.mcap"
-ONE = "the sampling logic takes other decisions than were recorded"
+ONE = "the sampling logic takes other decisions than were recorded, or a part of the recording is missing"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Returns 0 when every decision is the same, 1 when one differs."""
+    """Returns 0 when every decision is the same, 1 when one differs or a part that may hold others is missing."""
     reader = open_recording(options.file)
     stream = ((item.topic, item.message, item.log_ns) for item in reader.messages({*INPUTS, *DECISIONS}))
     own = None if options.rig is None else load_rig(options.rig)
@@ -46,6 +46,9 @@ def run(options: argparse.Namespace) -> int:
         print(visible(note))
     if difference is not None:
         print(visible(f"{count} decisions are the same; the first that is not: {difference}"))
+        return 1
+    if reader.parts_missing:
+        print(visible(f"{count} decisions are the same, but not all are there: {'; '.join(reader.parts_missing)}."))
         return 1
     print(f"All {count} decisions are the same.")
     return 0

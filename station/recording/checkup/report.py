@@ -26,7 +26,8 @@ class Report:
 
     `compression` and `attachments` name what occurs; `unknown` the topics whose schema this version does not know.
     `malformed` are payloads by topic that are no message of it, `changed_metadata` records that were not written so.
-    `parts_missing` says which parts of a recording in several files are not there, or hold something else.
+    `parts_missing` says which parts of a recording in several files are not there, or hold something else,
+    `miscounted` of which topics there are more or fewer messages than the writer counted.
     """
 
     path: str
@@ -44,6 +45,7 @@ class Report:
     malformed: dict[str, int]
     changed_metadata: tuple[str, ...] = ()
     parts_missing: tuple[str, ...] = ()
+    miscounted: tuple[str, ...] = ()
 
     def stream(self, topic: str) -> StreamHealth | None:
         """Returns the line of one topic, or None when it does not occur."""
@@ -86,7 +88,8 @@ def examine(reader: RecordingReader) -> Report:
         metadata=tuple(metadata),
         attachments=tuple(reader.attachments),
         changed_metadata=reader.changed_metadata,
-        parts_missing=(*reader.seams, *([reader.missing] if reader.missing else [])),
+        parts_missing=reader.parts_missing,
+        miscounted=reader.miscounted,
         unknown=tuple(name for name, info in reader.topics.items() if info.message is None and name not in FOR_VIEWERS),
         malformed=dict(reader.malformed),
     )

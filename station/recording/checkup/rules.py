@@ -194,6 +194,11 @@ def _parts(report: Report) -> Iterator[Finding]:
         yield Finding("parts", sentence)
 
 
+def _counts(report: Report) -> Iterator[Finding]:
+    for sentence in report.miscounted:
+        yield Finding("count", f"{sentence}: they were counted when it was written")
+
+
 def _format(report: Report) -> Iterator[Finding]:
     for name in report.compression:
         if name not in ("lz4", "zstd"):
@@ -219,6 +224,7 @@ RULES: tuple[Rule, ...] = (
     _held,
     _motions,
     _parts,
+    _counts,
     _format,
 )
 

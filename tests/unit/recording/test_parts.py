@@ -15,13 +15,18 @@ from shared.errors import UserError
 from station.__main__ import main
 from station.app.signature import file_sha256
 from station.recording.arrays import run_signals
+from station.recording.counts import METADATA as COUNTS
 from station.recording.parts import files_of, sha256_of
+from station.recording.provenance import Provenance
 from station.recording.reader import RecordingReader, digest, open_recording
 from station.recording.repair import repair, repair_folder
 from station.recording.writer import Recording, partial_path
 from station.recording.writer_process import WriterProcess
+from tests.unit.app.forging import forged
 from tests.unit.recording import session
+from tests.unit.recording.test_counts import without_one
 
+GOLDEN = Path(__file__).parents[2] / "golden" / "session.mcap"
 SPLIT = 20_000
 FLUSH_S = 0.02
 """Small enough for a dozen parts of a session of four seconds."""
@@ -64,11 +69,16 @@ def test_whatever_is_read_is_that_of_one_file(parted: Path, whole: Path) -> None
     assert ours == {name: info for name, info in other.topics.items() if info.message}
     assert one.samples() == other.samples()
     assert (one.start_ns, one.end_ns, one.attachments) == (other.start_ns, other.end_ns, other.attachments)
-    assert {name: record for name, record in one.metadata.items() if name != "part"} == other.metadata
+    assert described(one) == described(other)
     assert run_signals_equal(one, other)
     middle = (one.start_ns + one.end_ns) // 2
     spans = [[item.log_ns for item in reader.messages(from_ns=middle)] for reader in (one, other)]
     assert spans[0] == spans[1]
+
+
+def described(reader: RecordingReader) -> dict[str, dict[str, str]]:
+    """The metadata without what each file has of its own."""
+    return {name: record for name, record in reader.metadata.items() if name not in ("part", COUNTS)}
 
 
 def run_signals_equal(one: RecordingReader, other: RecordingReader) -> bool:
@@ -120,6 +130,39 @@ def test_the_doctor_names_a_missing_part(parted: Path, tmp_path: Path, capsys: p
     files_of(first)[1].rename(tmp_path / "aside")
     main(["doctor", str(first), "--json"])
     assert "a.part002.mcap" in json.dumps(json.loads(capsys.readouterr().out))
+
+
+@pytest.mark.parametrize("command", ["check", "verify"])
+def test_a_recording_of_which_a_part_is_missing_is_not_all_the_same(
+    tmp_path: Path, command: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """They said so on the terminal's other channel alone, beside "identical"."""
+    first = tmp_path / "a.mcap"
+    with Recording(first, provenance=golden_provenance(), flush_every_s=FLUSH_S, split_bytes=500_000) as recording:
+        for item in open_recording(GOLDEN).messages():
+            recording.write_message(item.topic, item.message, receive_ns=item.log_ns)
+    assert main([command, str(first)]) == 0
+    files_of(first)[-1].unlink()
+    assert main([command, str(first)]) == 1
+    assert "which is not beside it" in capsys.readouterr().out
+
+
+def golden_provenance() -> Provenance:
+    files = open_recording(GOLDEN).attachments
+    return session.provenance(rig_toml=files["rig.toml"].decode(), plan_toml=files["plan.toml"].decode())
+
+
+def test_messages_that_a_part_has_lost_are_told_with_its_name(parted: Path, tmp_path: Path) -> None:
+    first = copy(parted, tmp_path)
+    assert open_recording(first).miscounted == ()
+    forged(files_of(parted)[1], files_of(first)[1], without_one("camera/corners"))
+    (sentence,) = open_recording(first).miscounted
+    assert sentence.startswith("a.part002.mcap: expected ")
+    assert "messages on /camera/corners, found" in sentence
+
+
+def test_a_part_read_alone_has_counts_of_its_own(parted: Path) -> None:
+    assert [open_recording(path).miscounted for path in files_of(parted)[1:]] == [()] * (len(files_of(parted)) - 1)
 
 
 def test_a_file_of_another_session_is_no_part(parted: Path, tmp_path: Path) -> None:
