@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-import math
+import sys
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 from shared.errors import UserError
+
+_LARGEST = sys.float_info.max
+"""The largest number of a float: JSON has whole ones of any length."""
 
 
 def text(asked: Mapping[str, Any], name: str) -> str:
@@ -40,7 +43,7 @@ def number(asked: Mapping[str, Any], name: str) -> float:
         UserError: if it is missing or something else.
     """
     value = asked.get(name)
-    if not isinstance(value, int | float) or isinstance(value, bool) or not math.isfinite(value):
+    if not isinstance(value, int | float) or isinstance(value, bool) or not -_LARGEST <= value <= _LARGEST:
         raise UserError(f"Expected a number as '{name}', got {value!r}")
     return float(value)
 

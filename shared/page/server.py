@@ -13,6 +13,8 @@
 from __future__ import annotations
 
 import json
+import logging
+import sys
 import threading
 from collections.abc import Iterator, Mapping
 from http import HTTPStatus
@@ -24,6 +26,7 @@ from urllib.parse import parse_qs, unquote, urlsplit
 from shared.errors import UserError
 from shared.page.access import Access, is_local
 
+_LOG = logging.getLogger(__name__)
 LOOPBACK = "127.0.0.1"
 _KINDS = {
     "/base.css": "text/css",
@@ -32,6 +35,7 @@ _KINDS = {
     "/page.js": "text/javascript",
 }
 _MOST_BYTES = 65_536
+"""The longest body of an action, bytes: pages of ours send the name of a recording and a few numbers."""
 _PAGE_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "
     "frame-src http://127.0.0.1:* http://localhost:*; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -70,6 +74,13 @@ class LoopbackServer(ThreadingHTTPServer):
     def url(self) -> str:
         """The address that lets a browser in."""
         return f"http://{LOOPBACK}:{self.server_port}/?token={self.access.token}"
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Tells in one line what ended a request without an answer; a browser that goes away is no mistake."""
+        del request, client_address
+        error = sys.exc_info()[1]
+        if not isinstance(error, ConnectionError):
+            _LOG.error("the page did not answer a request (%s: %s); report this", type(error).__name__, error)
 
     def close(self) -> None:
         """Ends the streams and stops listening."""
@@ -117,7 +128,11 @@ class Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """Answers a request for the page or a part of it."""
-        url = urlsplit(self.path)
+        try:
+            url = urlsplit(self.path)
+        except ValueError:  # a bracket that is none of an address
+            self.refuse(HTTPStatus.BAD_REQUEST, "Expected a path on this page")
+            return
         query = parse_qs(url.query)
         if not is_local(self.headers.get("Host", "")):
             self.refuse(HTTPStatus.MISDIRECTED_REQUEST, "Expected this computer's own name as Host")
@@ -179,20 +194,22 @@ class Handler(BaseHTTPRequestHandler):
             self._act(self.path.removeprefix("/do/"), body)
 
     def _body(self) -> bytes:
-        length = self.headers.get("Content-Length", "")
-        if not length.isdigit() or int(length) > _MOST_BYTES:
+        length = _length_of(self.headers.get("Content-Length", ""))
+        if length is None:
             self.close_connection = True  # the bytes that follow are no request
             return b""
-        return self.rfile.read(int(length))
+        return self.rfile.read(length)
 
     def _act(self, name: str, body: bytes) -> None:
         try:
             asked = json.loads(body)
+        except (ValueError, RecursionError):  # wrong letters, JSON or numbers; brackets within brackets
+            self.refuse(HTTPStatus.BAD_REQUEST, "Expected a JSON object")
+            return
+        try:
             if not isinstance(asked, dict):
                 raise UserError("Expected a JSON object")
             self.act(name, cast("dict[str, Any]", asked))
-        except ValueError:
-            self.refuse(HTTPStatus.BAD_REQUEST, "Expected a JSON object")
         except (UserError, OSError) as error:
             self.refuse(HTTPStatus.CONFLICT, str(error))
         else:
@@ -202,7 +219,7 @@ class Handler(BaseHTTPRequestHandler):
 
     def refuse(self, status: HTTPStatus, sentence: str) -> None:
         """Answers with a sentence that says why not."""
-        self.send(status, f"{sentence}\n".encode(), {"Content-Type": "text/plain; charset=utf-8"})
+        self.send(status, f"{sentence}\n".encode(errors="replace"), {"Content-Type": "text/plain; charset=utf-8"})
 
     def send_json(self, value: Any) -> None:
         """Answers with a value."""
@@ -216,3 +233,10 @@ class Handler(BaseHTTPRequestHandler):
         self.end_headers()
         if self.command != "HEAD":
             self.wfile.write(body)
+
+
+def _length_of(header: str) -> int | None:
+    """Returns the length of a body, bytes; None if the header is no number, or one beyond the bodies of our pages."""
+    if not (header.isascii() and header.isdigit() and len(header) <= len(str(_MOST_BYTES))):
+        return None
+    return length if (length := int(header)) <= _MOST_BYTES else None
