@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from shared.bus import Bus, Received
 from shared.clock import Clock
 from shared.errors import UserError
-from shared.messages import ArmReply, MotionReport, TiltCommand
+from shared.messages import ArmReply, CameraGeometry, MotionReport, TiltCommand
 from shared.rig import RigConfig
 from station.app import assembly
 from station.app.clocks import ClockKeeper
@@ -19,6 +19,7 @@ from station.app.processes import StopRequest
 from station.app.session import Session
 from station.recording.recorder import Recorder
 from station.recording.writer import Recording
+from station.rig.agreement import disagreement
 from station.sampling.plan import Plan
 
 PRESENCE_S = 2.0
@@ -66,6 +67,7 @@ class LiveSession:
     ) -> None:
         """`watch` tells somebody of what the session needs."""
         self._bus, self._clock, self._stop, self._watch = bus, clock, stop, watch
+        self._rig, self._doubt = rig, ""
         self._recorder = Recorder(bus, recording, clock=clock, on_stopped=self._on_stopped)
         machine = assembly.sampling_machine(rig, plan)
         self._session = Session(
@@ -82,6 +84,7 @@ class LiveSession:
         self._arm_there = True
         bus.subscribe("arm/motion", self._on_outcome)
         bus.subscribe("arm/reply", self._on_outcome)
+        bus.subscribe("camera/geometry", self._on_geometry)
         if watch is not None:
             watch.attach(bus, machine, on_failure=lambda text: self._session.say("warning", text))
 
@@ -127,6 +130,14 @@ class LiveSession:
         if self._arm_there and not there:
             self._session.arm_is_gone()
         self._arm_there = there
+
+    def _on_geometry(self, received: Received) -> None:
+        """Warns of a camera agent with another rig file; once, as it says the same every second."""
+        seen = received.message
+        doubt = disagreement(self._rig, seen) if isinstance(seen, CameraGeometry) else ""
+        if doubt and doubt != self._doubt:
+            self._session.say("warning", doubt)
+        self._doubt = doubt
 
     def _on_outcome(self, received: Received) -> None:
         """Notices that the last motion asked for is over, in whatever way, or will never begin."""

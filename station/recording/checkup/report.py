@@ -7,12 +7,15 @@ from typing import Any
 
 from shared.config import table_of
 from shared.errors import UserError
+from shared.messages import CameraGeometry
+from shared.rig import RigConfig, rig_of_table
 from station.recording.checkup.arm import ArmHealth, ArmWatch
 from station.recording.checkup.session import SessionHealth, SessionWatch
 from station.recording.checkup.streams import StreamHealth, StreamWatch
 from station.recording.for_viewers import TOPICS as FOR_VIEWERS
 from station.recording.provenance import whole_number
 from station.recording.reader import RecordingReader
+from station.rig.agreement import disagreement
 
 _FASTEST_HZ = 1e6
 """No camera is as fast: the number is none, or too large for one."""
@@ -27,7 +30,8 @@ class Report:
     `compression` and `attachments` name what occurs; `unknown` the topics whose schema this version does not know.
     `malformed` are payloads by topic that are no message of it, `changed_metadata` records that were not written so.
     `parts_missing` says which parts of a recording in several files are not there, or hold something else,
-    `miscounted` of which topics there are more or fewer messages than the writer counted.
+    `miscounted` of which topics there are more or fewer messages than the writer counted,
+    `other_rig` what the camera agent has otherwise than the rig file in the recording.
     """
 
     path: str
@@ -46,6 +50,7 @@ class Report:
     changed_metadata: tuple[str, ...] = ()
     parts_missing: tuple[str, ...] = ()
     miscounted: tuple[str, ...] = ()
+    other_rig: str = ""
 
     def stream(self, topic: str) -> StreamHealth | None:
         """Returns the line of one topic, or None when it does not occur."""
@@ -62,6 +67,7 @@ def examine(reader: RecordingReader) -> Report:
     streams: dict[str, StreamWatch] = {}
     nominal = {"camera/corners": _camera_rate_hz(reader)}
     session, arm = SessionWatch(), ArmWatch()
+    rig, other_rig = _rig(reader), ""
     for item in reader.messages():
         watch = streams.get(item.topic)
         if watch is None:
@@ -72,6 +78,8 @@ def examine(reader: RecordingReader) -> Report:
             arm.add(item)
         elif item.topic in _SESSION_TOPICS:
             session.add(item)
+        elif rig is not None and not other_rig and isinstance(item.message, CameraGeometry):
+            other_rig = disagreement(rig, item.message)
     metadata = reader.metadata
     recorder = metadata.get("recorder", {}).items()
     counted = {name: number for name, value in recorder if (number := whole_number(value)) is not None}
@@ -90,9 +98,20 @@ def examine(reader: RecordingReader) -> Report:
         changed_metadata=reader.changed_metadata,
         parts_missing=reader.parts_missing,
         miscounted=reader.miscounted,
+        other_rig=other_rig,
         unknown=tuple(name for name, info in reader.topics.items() if info.message is None and name not in FOR_VIEWERS),
         malformed=dict(reader.malformed),
     )
+
+
+def _rig(reader: RecordingReader) -> RigConfig | None:
+    """Returns the rig of a session's own file; None for one that is imported, as its camera knew no rig file."""
+    if reader.mode == "import" or "rig.toml" not in reader.attachments:
+        return None
+    try:
+        return rig_of_table(table_of(reader.attachments["rig.toml"], "rig.toml"))
+    except UserError:
+        return None
 
 
 def _camera_rate_hz(reader: RecordingReader) -> float | None:

@@ -123,6 +123,8 @@ def _provenance(report: Report) -> Iterator[Finding]:
         yield Finding(
             "provenance", f"expected the metadata '{name}' as it was written, but its name or its checksum is another's"
         )
+    if report.other_rig:
+        yield Finding("rig", report.other_rig)
     if report.mode != "import" and "rig.toml" not in report.attachments:
         yield Finding("provenance", "expected the rig file as attachment rig.toml, found none")
 
