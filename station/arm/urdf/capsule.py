@@ -25,9 +25,9 @@ def enclosing_capsule(points_m: Array) -> Capsule:
 
     The axis is looked for from each of the cloud's principal ones, by a search over both ends.
     """
-    hull = _hull(points_m)
+    hull = convex_corners(points_m)
     scale = float(np.ptp(hull, axis=0).max()) or _SHORTEST_M
-    starts = [_along(hull, axis) for axis in np.linalg.svd(hull - hull.mean(axis=0))[2]]
+    starts = [_along(hull, axis) for axis in _principal(hull)]
     unit = hull / scale
 
     def volume(ends: Array) -> float:
@@ -41,11 +41,22 @@ def enclosing_capsule(points_m: Array) -> Capsule:
 _OPTIONS = {"xatol": 1e-4, "fatol": 1e-6, "maxfev": 3000, "adaptive": True}
 
 
-def _hull(points: Array) -> Array:
-    try:
-        return points[ConvexHull(points).vertices]
-    except QhullError:  # all in one plane: a thin cover, or a handful of points
-        return points
+def convex_corners(points: Array) -> Array:
+    """Returns the corners (n, 3) of the points' hull: in space, else in their plane, else the ends of their line."""
+    axes = _principal(points)
+    for within in (points, points @ axes[:2].T):
+        try:
+            return points[ConvexHull(within).vertices]
+        except QhullError:  # a thin cover, or a handful of points
+            continue
+    along = points @ axes[0]
+    return points[[along.argmin(), along.argmax()]]
+
+
+def _principal(points: Array) -> Array:
+    """Returns the cloud's principal axes (3, 3), one a row, by 3 × 3 numbers however long the cloud is."""
+    centred = points - points.mean(axis=0)
+    return np.linalg.eigh(centred.T @ centred)[1].T[::-1]
 
 
 def _along(hull: Array, axis: Array) -> Array:

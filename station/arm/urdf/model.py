@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from shared.errors import UserError
-from station.arm.urdf.capsule import enclosing_capsule
+from station.arm.urdf.capsule import convex_corners, enclosing_capsule
 from station.arm.urdf.chain import Body, Chain
 from station.arm.urdf.hull import enclosing_hull
 from station.arm.urdf.robot import UrdfJoint
@@ -20,6 +20,9 @@ _GRAVITY_M_S2 = 9.81
 _DENSITY_KG_M3 = 1000.0
 _RADIUS_M = 0.04
 """A link without geometry is as thick as a JACO's."""
+_MOST_CORNERS = 20_000
+"""A ball of 0.3 m with so many is round to 0.01 mm. The search for its hull takes 4 s; that of 300 000 took 160 s and
+1.3 GB (tests/unit/arm/urdf/test_capsule.py makes such balls)."""
 _SLOW_RAD_S = math.radians(30.0)
 _ACCELERATION_RAD_S2 = math.radians(180.0)
 """A tilt needs little: gentle for an arm that carries a plate with a camera, and what the JACOs have."""
@@ -83,6 +86,8 @@ def _part(body: Body, body_from_end: Array, meshes: Meshes) -> _Part:
     notes: list[str] = []
     points = points_of(body, meshes)
     if len(points):
+        points = convex_corners(points)
+        _require_coarse(points, body)
         capsule = enclosing_capsule(points)
     else:
         capsule = Capsule(from_m=(0.0, 0.0, 0.0), to_m=_beyond(body_from_end), radius_m=_RADIUS_M)
@@ -92,6 +97,15 @@ def _part(body: Body, body_from_end: Array, meshes: Meshes) -> _Part:
         mass = round(_DENSITY_KG_M3 * _volume(capsule), 3)
         notes.append("mass: none in the URDF; the capsule's, as heavy as water")
     return _Part(capsule=capsule, hull_m=enclosing_hull(points), mass_kg=mass, notes=tuple(notes))
+
+
+def _require_coarse(corners: Array, body: Body) -> None:
+    if len(corners) > _MOST_CORNERS:
+        names = ", ".join(link.name for link, _ in body.links)
+        raise UserError(
+            f"Expected a mesh whose convex hull has at most {_MOST_CORNERS} corners as link {names}, found "
+            f"{len(corners)}; simplify it"
+        )
 
 
 def _beyond(body_from_end: Array) -> Vector:

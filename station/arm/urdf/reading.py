@@ -48,6 +48,6 @@ def read_xml(data: bytes, *, what: str) -> Element:
     parser.CharacterDataHandler = builder.data
     try:
         parser.Parse(data, True)
-    except expat.ExpatError as error:
+    except (expat.ExpatError, LookupError) as error:  # an encoding that there is not is a LookupError
         raise UserError(f"Expected XML in {what}, but it cannot be read: {error}") from error
     return builder.close()

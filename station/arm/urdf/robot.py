@@ -12,6 +12,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from shared.errors import UserError
+from shared.possible import LARGEST
 from station.arm.urdf.reading import read_bounded, read_xml
 from station.rig.arm_model import Array, Vector, transform
 
@@ -187,7 +188,7 @@ def _direction(axis: Element | None, where: str) -> Vector:
 def _number(element: Element | None, key: str, *, where: str) -> float | None:
     if element is None or element.get(key) is None:
         return None
-    return numbers(element, key, count=1, where=where)[0]
+    return numbers(element, key, count=1, where=where, most=math.inf)[0]
 
 
 def vector(element: Element | None, key: str, *, where: str, default: Vector = (0.0, 0.0, 0.0)) -> Vector:
@@ -202,18 +203,19 @@ def vector(element: Element | None, key: str, *, where: str, default: Vector = (
     return (x, y, z)
 
 
-def numbers(element: Element, key: str, *, count: int, where: str) -> list[float]:
-    """Returns the finite numbers of an attribute.
+def numbers(element: Element, key: str, *, count: int, where: str, most: float = LARGEST) -> list[float]:
+    """Returns the finite numbers of an attribute; limits of joints may be beyond all rigs, lengths may not.
 
     Raises:
-        UserError: if it is missing, or holds anything but that many of them.
+        UserError: if it is missing, or holds anything but that many of at most `most`, without their signs.
     """
     text = element.get(key, "")
     try:
         found = [float(word) for word in text.split()]
     except ValueError:
         found = []
-    if len(found) != count or not all(map(math.isfinite, found)):
+    if len(found) != count or not all(math.isfinite(value) and abs(value) <= most for value in found):
+        bound = "" if math.isinf(most) else f", none beyond {most:g}"
         wanted = "a finite number" if count == 1 else f"{count} finite numbers"
-        raise UserError(f"Expected {wanted} as {key} of the {where} in the URDF, got {text[:80]!r}")
+        raise UserError(f"Expected {wanted} as {key} of the {where} in the URDF{bound}, got {text[:80]!r}")
     return found

@@ -17,6 +17,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from shared.errors import UserError
+from shared.possible import LARGEST
 from station.arm.urdf.chain import Body
 from station.arm.urdf.reading import read_bounded, read_xml
 from station.arm.urdf.robot import Shape, numbers, vector
@@ -119,8 +120,8 @@ def _mesh(path: Path) -> Array:
     except Exception as error:  # a reader of broken files raises anything
         raise UserError(f"Expected a mesh at {path}, but it cannot be read: {type(error).__name__}: {error}") from error
     points = np.concatenate([np.empty((0, 3)), *clouds]) * metres
-    if not len(points) or not np.isfinite(points).all():
-        raise UserError(f"Expected a mesh of finite points at {path}, found none")
+    if not len(points) or not (np.abs(points) <= LARGEST).all():
+        raise UserError(f"Expected a mesh of finite points within {LARGEST:g} m at {path}, found none, or others")
     return points
 
 

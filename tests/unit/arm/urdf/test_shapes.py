@@ -124,6 +124,8 @@ NESTED = '<library_nodes><node id="a">' + '<instance_node url="#b"/>' * 9 + '</n
         ('<mesh filename="a.dae"/>', dae(nodes=NESTED, inside='<instance_node url="#a"/>'), "over and over"),
         ('<sphere radius="-1"/>', b"", "positive radius"),
         ('<box size="1 1"/>', b"", "3 finite numbers as size of the link 'arm'"),
+        ('<box size="1e308 1 1"/>', b"", "none beyond 1e.09, got '1e308 1 1'"),
+        ('<sphere radius="1e200"/>', b"", "got '1e200'"),
         ("<capsule/>", b"", "got <capsule>"),
     ],
 )
