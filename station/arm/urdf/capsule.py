@@ -42,7 +42,7 @@ _OPTIONS = {"xatol": 1e-4, "fatol": 1e-6, "maxfev": 3000, "adaptive": True}
 
 
 def convex_corners(points: Array) -> Array:
-    """Returns the corners (n, 3) of the points' hull: in space, else in their plane, else the ends of their line."""
+    """Returns the corners (n, 3) of the hull of points (m, 3), m: in space, else in their plane or on their line."""
     axes = _principal(points)
     for within in (points, points @ axes[:2].T):
         try:

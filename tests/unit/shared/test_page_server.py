@@ -52,7 +52,7 @@ def server() -> Generator[LoopbackServer]:
 
 
 def answer(server: LoopbackServer, head: bytes, body: bytes = b"", *, key: bool = True) -> bytes:
-    """What comes back for the bytes of a request."""
+    """Returns the answer to the bytes of a request."""
     lines = [head, f"Host: 127.0.0.1:{server.server_port}".encode(), b"Connection: close"]
     if key:
         lines += [f"Cookie: {server.access.cookie}={TOKEN}".encode(), f"{HEADER}: {TOKEN}".encode()]
