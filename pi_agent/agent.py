@@ -21,6 +21,7 @@ from pi_agent.diagnosis import Diagnosis
 from pi_agent.frame_ring import FrameRing
 from pi_agent.health import ProcessorMeter, Watchdog, temperature_c
 from pi_agent.journal import NAME, Journal
+from pi_agent.marks import block_mark
 from pi_agent.observer import Observer
 from pi_agent.outbox import Outbox
 from pi_agent.preview import Preview, View
@@ -50,6 +51,7 @@ class Agent:
         calibration: Calibration | None = None,
         watchdog: Watchdog | None = None,
     ) -> None:
+        block_mark(rig.mark)  # one that there is not would open the camera again and again, which mends nothing
         self._rig, self._bus, self._clock = rig, bus, clock
         self._measured, self._watchdog = calibration, watchdog or Watchdog()
         self.boot_id = secrets.randbits(62) | 1

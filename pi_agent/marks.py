@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pi_agent.tracking.mark import Mark
+from pi_agent.tracking.mark import Mark, tag_table
 from shared.rig import MarkConfig, PlateConfig
 
 FIDUCIAL_MARGIN = 0.25
@@ -10,7 +10,13 @@ FIDUCIAL_MARGIN = 0.25
 
 
 def block_mark(config: MarkConfig) -> Mark:
-    """Returns the mark on the block."""
+    """Returns the mark on the block.
+
+    Raises:
+        UserError: if it is a tag that OpenCV does not have.
+    """
+    if config.feature == "tag":
+        tag_table(config.tag_dictionary, config.tag_id)
     return Mark(
         side_mm=config.side_mm,
         aspect=config.aspect,

@@ -109,7 +109,8 @@ def verify(path: Path, *, keys: Path | None = None) -> Verification:
     Raises:
         UserError: if the file cannot be read, is damaged, or what stands beside it is no signature.
     """
-    sha256, reader = file_sha256(path), open_recording(path)
+    reader = open_recording(path)
+    sha256 = file_sha256(path)
     derived = (_corners(reader), _attitudes(reader), *_decisions(reader))
     # Messages that are none are known once all is read.
     parts = (_content(reader), *derived)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import stat
 from pathlib import Path
 from typing import BinaryIO
 
@@ -52,6 +53,7 @@ def open_file(path: Path) -> RecordingReader:
         UserError: as `open_recording` does.
     """
     try:
+        _require_seekable(path)
         with path.open("rb") as file:
             _check_ends(file, path)
             summary = read_index(file)
@@ -66,6 +68,12 @@ def open_file(path: Path) -> RecordingReader:
             f"run: station repair {path}"
         )
     return RecordingReader(path, summary)
+
+
+def _require_seekable(path: Path) -> None:
+    """Refuses what is read from its beginning alone; a pipe that nobody writes to would be waited for without end."""
+    if not (stat.S_ISREG(mode := path.stat().st_mode) or stat.S_ISDIR(mode)):
+        raise UserError(f"Expected a recording at {path}, but it is a pipe or a device; copy it into a file")
 
 
 def _names_all(summary: Summary) -> bool:

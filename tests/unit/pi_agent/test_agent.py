@@ -26,7 +26,7 @@ from shared.clock import SystemClock
 from shared.errors import UserError
 from shared.memory_bus import MemoryBus
 from shared.messages import ClockPing, ClockPong, FrameReply, FrameRequest, Message
-from shared.rig import RigConfig
+from shared.rig import MarkConfig, RigConfig
 from tests.patience import PATIENCE_S
 from tests.unit.pi_agent import fake_picamera2
 from tests.unit.pi_agent.rigs import FakeTwin, ScriptedCamera, rig, scene
@@ -279,3 +279,17 @@ def test_a_missing_library_is_said_and_its_coming_mends_it(monkeypatch: pytest.M
         heard.wait(lambda: len(heard["camera/corners"]) > 3)
         heard.wait(lambda: "python3-picamera2" not in heard["camera/status"][-1].fault)
     assert sum("python3-picamera2" in line for line in heard.log.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("mark", "said"),
+    [
+        (MarkConfig(feature="tag", tag_dictionary="NOPE"), "an OpenCV dictionary of tags such as .*, got 'NOPE'"),
+        (MarkConfig(feature="tag", tag_id=-5), "a tag of APRILTAG_16h5, which has 0 to 29, got -5"),
+    ],
+)
+def test_a_tag_that_there_is_not_is_refused_at_the_start(mark: MarkConfig, said: str) -> None:
+    """The agent opened its camera twice a second, and said so each time, without end."""
+    clock = SystemClock()
+    with pytest.raises(UserError, match=said):
+        Agent(rig(mark=mark), ScriptedCamera([]), MemoryBus(clock), clock)

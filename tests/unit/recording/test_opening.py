@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
 
 from shared.errors import UserError
+from station.__main__ import main
 from station.recording.reader import open_recording
 from station.recording.writer import partial_path
 from tests.unit.recording import session
@@ -69,3 +71,16 @@ def test_a_flipped_byte_never_goes_unnoticed_as_other_data(path: Path, tmp_path:
             # The message indexes between the chunks are not read by us, so a flip there does no harm.
             assert found == expected, f"byte {place} changed what was read"
     assert noticed > 100
+
+
+@pytest.mark.parametrize("command", ["samples", "doctor", "verify"])
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path, command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """A named pipe to which nobody writes was waited for without end."""
+    pipe = tmp_path / "a.mcap"
+    os.mkfifo(pipe)
+    writer = os.open(pipe, os.O_RDWR | os.O_NONBLOCK)  # a reader that waits would find nothing, and go on waiting
+    try:
+        assert main([command, str(pipe)]) == 2
+    finally:
+        os.close(writer)
+    assert "is a pipe or a device" in capsys.readouterr().err
