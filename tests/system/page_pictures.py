@@ -22,7 +22,8 @@ SHOWN = f"document.querySelector('#curve .fit') && /^run {FROM // 10}.: tilting$
 
 
 def main(folder: Path) -> None:
-    """Writes page.png, as wide as a laptop shows it, and phone.png into a folder."""
+    """Writes page.png, as wide as a laptop shows it, and phone.png into a folder, which need not be there."""
+    folder.mkdir(parents=True, exist_ok=True)
     with (
         tempfile.TemporaryDirectory() as recordings,
         tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile,  # the browser still writes as it ends
