@@ -203,6 +203,22 @@ def test_an_arm_that_is_free_again_is_the_next_ones(owned: FakeRig, ends: str) -
     assert not owned.claim("mine").accepted
 
 
+@pytest.mark.parametrize("ends", ["is taken over from", "falls silent"])
+def test_a_session_that_has_lost_the_arm_gets_it_again_only_by_taking_over(owned: FakeRig, ends: str) -> None:
+    """It may have slept while another one moved the plate, and lifted the stop that was meant for it."""
+    if ends == "falls silent":
+        owned.advance(2, heartbeat=False)
+    assert owned.claim("theirs", take_over=ends == "is taken over from").accepted
+    beat(owned, "theirs", armed=False)
+    owned.advance(0.2, owner="mine")
+    refused = owned.command(10, owner="mine")
+    assert not refused.accepted
+    assert "This session has lost the arm to session theirs" in owned.claim("mine").reason
+    assert owned.claim("mine", take_over=True).accepted
+    owned.advance(0.2, owner="mine")
+    assert owned.command(10, owner="mine").accepted
+
+
 def test_a_heartbeat_that_was_held_up_takes_nothing(owned: FakeRig) -> None:
     owned.advance(1, owner="mine")
     beat(owned, "mine", armed=False)
