@@ -129,9 +129,10 @@ _TURNS = _Error("yaw error, median and rms", "°", ("turn_median_deg", "turn_rms
 
 def _cells(error: _Error, errors: Mapping[str, Any]) -> str:
     """Returns the two figures with their standard errors; empty where there is nothing to compare."""
-    se: Mapping[str, float] = errors.get("se") or {}
-    known = [(errors[key], se.get(key, math.nan)) for key in error.keys if errors.get(key) is not None]
-    return ", ".join(_number("{}", value, sd) + error.unit for value, sd in known)
+    se: Mapping[str, float | None] = errors.get("se") or {}
+    known = [(errors[key], se.get(key)) for key in error.keys if errors.get(key) is not None]
+    # A single run has an error, and nobody knows how it scatters.
+    return ", ".join(_number("{}", value, math.nan if sd is None else sd) + error.unit for value, sd in known)
 
 
 _WHERE: dict[Side, str] = {"recording": "recording", "simulation": "simulation", "both": "recording and simulation"}

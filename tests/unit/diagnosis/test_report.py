@@ -414,6 +414,16 @@ def test_numbers_have_no_power_of_ten() -> None:
     assert [rounded(value, 2) for value in (321.0, -0.00123, 0.17, 0.0)] == ["320", "-0.0012", "0.17", "0"]
 
 
+def test_the_error_of_a_single_run_has_no_error_of_its_own() -> None:
+    """A simulator of which one run slid ended the whole answer in a traceback."""
+    found = grained()
+    one = {"path_median_mm": 35.0, "path_rmse_mm": 35.0, "se": {"path_median_mm": None, "path_rmse_mm": None}}
+    rerun = {"engine": "my.py", "runs": 1, "before": one}
+    single = replace(found.diagnosis, fit=replace(found.diagnosis.fit, simulator_rerun=rerun))
+    assert "path error, median and rms 35.00 mm, 35.00 mm" in " ".join(as_text([summary(single)]).split())
+    assert "my.py" in Page(html_page(single, found.pictures)).text
+
+
 def test_one_thing_has_one_name_on_the_terminal_and_in_the_report() -> None:
     """The error of a simulated slide's path had two, and what a plain simulation leaves out read as a telegram."""
     found = grained().diagnosis
