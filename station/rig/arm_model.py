@@ -9,6 +9,7 @@ block on the plate, paper Fig. 4). A transform `a_from_b` maps coordinates in b 
 from __future__ import annotations
 
 import math
+import os
 import tomllib
 from dataclasses import dataclass
 from functools import cached_property
@@ -204,9 +205,9 @@ def load_arm_model(name_or_path: str | Path) -> ArmModel:
     path = Path(name_or_path)
     if path.suffix != ".toml":
         path = MODELS / f"{name_or_path}.toml"
-    if not path.is_file():
+    if not os.path.isfile(path):  # Path.is_file raises an OSError for a name that is too long
         known = ", ".join(sorted(entry.stem for entry in MODELS.glob("*.toml")))
-        raise UserError(f"No arm model {str(name_or_path)!r}: expected a TOML file, or one of {known}.")
+        raise UserError(f"No arm model {str(name_or_path)[:80]!r}: expected a TOML file, or one of {known}.")
     try:
         return _arm(tomllib.loads(path.read_text(encoding="utf-8")))
     except KeyError as missing:

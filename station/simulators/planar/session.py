@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from shared.errors import UserError
 from shared.rig import RigConfig
 from station.physics.contact import GRAVITY_M_S2, Array
 from station.physics.model import Model
@@ -21,6 +22,8 @@ from station.simulators.recorded_runs import RecordedRun, numbers, runs_on_a_pla
 from station.simulators.simulated_signals import Outcome, simulated_signals
 
 KNOT_S = 0.01
+MOST_KNOTS = 30_000_000
+"""Attitudes of all runs, each taken as long as the longest: 5000 runs of a minute, some 4 GB."""
 Integers = NDArray[np.int64]
 
 
@@ -67,7 +70,11 @@ def commands_of(recorded: Signals, runs: Sequence[RecordedRun], *, rig: RigConfi
     """Returns the commands of the runs.
 
     They have the attitude every 10 ms, and the specimen as its sample, or the rig file, has it.
+
+    Raises:
+        UserError: if they are so long that their attitudes do not fit into memory.
     """
+    _require_short(runs)
     size = rig.block.size_m
     samples = [run.sample for run in runs]
     times = [_knots_s(run) for run in runs]
@@ -105,9 +112,22 @@ def _pivot(attitude: AttitudeTrack, stamps: Sequence[Integers]) -> list[Array] |
     return [np.column_stack([np.interp(own, time_s, column) for column in found.T]) for own in between_s]
 
 
+def _require_short(runs: Sequence[RecordedRun]) -> None:
+    longest = max(runs, key=_lasts_s)
+    if len(runs) * _lasts_s(longest) > MOST_KNOTS * KNOT_S:
+        raise UserError(
+            f"Expected runs to simulate that last {MOST_KNOTS * KNOT_S / len(runs):.0f} s at most, as there are "
+            f"{len(runs)} of them, got run {longest.run} of {_lasts_s(longest):.3g} s"
+        )
+
+
+def _lasts_s(run: RecordedRun) -> float:
+    return (run.end_ns - run.begin_ns) * 1e-9
+
+
 def _knots_s(run: RecordedRun) -> Array:
     """Returns times from 0 to the run's end, some 10 ms apart."""
-    length = (run.end_ns - run.begin_ns) * 1e-9
+    length = _lasts_s(run)
     return np.linspace(0.0, length, max(2, round(length / KNOT_S) + 1))
 
 

@@ -74,3 +74,10 @@ def test_a_wrong_model_file_is_named_with_what_is_wrong(tmp_path: Path, old: str
 def test_an_unknown_model_lists_the_known_ones() -> None:
     with pytest.raises(UserError, match="jaco2_spherical"):
         load_arm_model("no_such_arm")
+
+
+@pytest.mark.parametrize("name", ["no_such_arm", "a" * 5000, "a\0b"])
+def test_a_name_that_is_no_model_is_refused_in_a_short_sentence(name: str) -> None:
+    with pytest.raises(UserError, match="No arm model") as refused:
+        load_arm_model(name)
+    assert len(str(refused.value)) < 300

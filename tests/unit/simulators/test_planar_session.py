@@ -20,6 +20,7 @@ from station.recording.arrays import load_signals
 from station.recording.reader import open_recording
 from station.signals.session import Signals
 from station.signals.tracks import AttitudeTrack, PoseTrack
+from station.simulators.planar.session import commands_of
 from station.simulators.recorded_runs import poses_of, recorded_runs, runs_on_a_plate
 from station.simulators.simulator import RecordedSimulation, Simulator, names, simulator
 
@@ -212,6 +213,15 @@ def test_a_block_far_from_every_plate_is_not_repeated(far_px: float) -> None:
     everywhere = replace(recorded, corners=replace(recorded.corners, corner_px=recorded.corners.corner_px + far_px))
     with pytest.raises(UserError, match="a block that lies on the plate"):
         runs_on_a_plate(everywhere)
+
+
+def test_runs_whose_attitudes_fit_into_no_memory_are_refused() -> None:
+    """A recording whose stamps were damaged asked for a tebibyte."""
+    recorded, rig = golden()
+    first, second, third = recorded_runs(recorded)
+    late = replace(second, end_ns=second.begin_ns + 10**18)
+    with pytest.raises(UserError, match=r"last 100000 s at most, as there are 3 of them, got run 2 of 1e\+09 s"):
+        commands_of(recorded, [first, late, third], rig=rig)
 
 
 def test_simulators_are_found_by_name() -> None:
