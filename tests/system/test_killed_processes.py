@@ -38,7 +38,7 @@ def test_a_killed_station_leaves_a_level_plate_a_whole_recording_and_a_rig_that_
     last_ns = max(item.log_ns for item in first.messages({"arm/platform"}))
     assert killed_ns - last_ns <= 500_000_000
     assert "TILT" in {event.phase for event in events_of(first)}
-    assert [sample.run for sample in samples_of(second)] == [1]
+    assert len(samples_of(second)) == 1
     assert decided_the_same(path)
     assert decided_the_same(rig.folder / "second.mcap")
 

@@ -61,7 +61,7 @@ def test_a_stranger_at_the_cameras_port_neither_moves_nor_ends_nor_forges_anythi
     status, printed = rig.ended()
     assert status == 0, printed
     reader = open_recording(path)
-    assert [sample.run for sample in samples_of(reader)] == [1]
+    assert len(samples_of(reader)) == 1
     assert "ABORTED" not in {event.phase for event in events_of(reader)}
     assert 666 not in {item.message.run for item in reader.messages({"arm/motion"})}  # pyright: ignore[reportAttributeAccessIssue]
     assert "forged" not in " ".join(str(message) for message in rig.messages("log"))
