@@ -23,7 +23,9 @@ from station.simulators.simulated_signals import Outcome, simulated_signals
 
 KNOT_S = 0.01
 MOST_KNOTS = 30_000_000
-"""Attitudes of all runs, each taken as long as the longest: 5000 runs of a minute, some 4 GB."""
+"""Attitudes of all runs, each taken as long as the longest: 5000 runs of a minute, which take 9 GB at their peak (300
+bytes each, by tracemalloc for 900 runs of the golden session); tests/unit/simulators/test_planar_session.py asks for
+more."""
 Integers = NDArray[np.int64]
 
 
