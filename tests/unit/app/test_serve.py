@@ -44,6 +44,7 @@ from station.app.serve.sessions import Files
 from station.app.serve.shelf import Shelf
 from station.recording.opening import open_file
 from station.sampling.plan import Plan
+from tests.serving import serving
 from tests.unit.diagnosis.recorded import GOLDEN
 from tests.unit.view import session
 
@@ -70,12 +71,8 @@ def backend(bus: MemoryBus, tmp_path: Path) -> Generator[Backend]:
 
 @pytest.fixture
 def server(backend: Backend) -> Generator[PageServer]:
-    made = PageServer(backend, port=0, token=TOKEN)
-    thread = threading.Thread(target=made.serve_forever, args=(0.02,))
-    thread.start()
-    yield made
-    made.close()
-    thread.join(10)
+    with serving(PageServer(backend, port=0, token=TOKEN)) as made:
+        yield made
 
 
 def ask(

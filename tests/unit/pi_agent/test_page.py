@@ -29,6 +29,7 @@ from shared.errors import UserError
 from shared.memory_bus import MemoryBus
 from shared.page.access import HEADER
 from shared.rig import RigConfig
+from tests.serving import serving
 from tests.unit.pi_agent.rigs import FakeTwin, rig, scene
 
 TOKEN = "t" * 43
@@ -186,13 +187,8 @@ def test_a_camera_that_cannot_be_had_is_told(tmp_path: Path) -> None:
 
 @pytest.fixture
 def server(context: CameraContext) -> Generator[EyeServer]:
-    with looking(context, refusing) as eye:
-        made = EyeServer(eye, port=0, token=TOKEN)
-        thread = threading.Thread(target=made.serve_forever, args=(0.02,))
-        thread.start()
+    with looking(context, refusing) as eye, serving(EyeServer(eye, port=0, token=TOKEN)) as made:
         yield made
-        made.close()
-        thread.join(10)
 
 
 def ask(server: EyeServer, path: str, *, body: Any = None, **headers: str) -> tuple[int, dict[str, str], bytes]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import socket
 import struct
-import threading
 from collections.abc import Generator, Iterator, Mapping
 from typing import Any
 
@@ -15,6 +14,7 @@ from shared.errors import UserError
 from shared.page.access import HEADER
 from shared.page.asked import number
 from shared.page.server import Handler, LoopbackServer
+from tests.serving import serving
 
 TOKEN = "t" * 43
 
@@ -43,12 +43,8 @@ class _Page(Handler):
 
 @pytest.fixture
 def server() -> Generator[LoopbackServer]:
-    made = LoopbackServer(_Page, port=0, token=TOKEN)
-    thread = threading.Thread(target=made.serve_forever, args=(0.02,))
-    thread.start()
-    yield made
-    made.close()
-    thread.join(10)
+    with serving(LoopbackServer(_Page, port=0, token=TOKEN)) as made:
+        yield made
 
 
 def answer(server: LoopbackServer, head: bytes, body: bytes = b"", *, key: bool = True) -> bytes:
