@@ -239,12 +239,14 @@ def _conduct(bus: Bus, rig: RigConfig, plan: ComparisonPlan, *, clock: Clock, en
             for note in instruments.tick() if instruments else ():
                 _say(note)
             conductor.tick()
+        # Disarming stops a motion, and the arm's report of that is not the reason.
+        failure = procedure.failure or (end.reason if not conductor.finished else "")
         conductor.disarm()
         until_ns = clock.now_ns() + round(_RETURN_S * 1e9)
         bus.poll(_TICK_S)
         while not conductor.all_came_back and clock.now_ns() < until_ns:
             bus.poll(_TICK_S)
-    return procedure.failure or (end.reason if not conductor.finished else "")
+    return failure
 
 
 # --- the result -------------------------------------------------------------------------------------------------------
