@@ -105,6 +105,8 @@ def test_the_live_view_draws_a_playback_and_ends_with_it(rig_path: Path, tmp_pat
 def test_the_live_view_goes_on_after_a_lost_link_and_ends_with_the_station(rig_path: Path) -> None:
     rig = load_rig(rig_path)
     with station("replay", "--live", "--no-viewer", "--rig", rig_path, "--port", str(free_port())) as live:
+        assert live.stdout is not None
+        assert "rerun" in live.stdout.readline()  # it is on the bus: who came before was not seen
         for _ in range(2):  # nobody is there for a moment in between, as when a link is made again
             with ZenohBus.of("station", rig) as bus:
                 bus.announce("station")
