@@ -1,7 +1,8 @@
-"""Files: a lock that says that somebody writes, and room on the disk that is really there."""
+"""Files: a lock that says that somebody writes, room on the disk that is really there, and writing for power cuts."""
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import sys
@@ -81,6 +82,42 @@ else:
         while rest:
             rest = rest[file.write(rest) :]
         os.fsync(file.fileno())
+
+
+def write_through(path: Path, text: str) -> None:
+    """Writes a small file, with the folders that it lacks, so that a power cut forgets neither the text nor the name.
+
+    Raises:
+        OSError: if it cannot be written.
+    """
+    named_anew = [path.parent]
+    while not named_anew[-1].exists():
+        named_anew.append(named_anew[-1].parent)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("w", encoding="utf-8", errors="replace") as file:
+        file.write(text)
+        file.flush()
+        _sync(file.fileno())
+    for folder in named_anew:
+        _sync_folder(folder)
+
+
+def _sync_folder(folder: Path) -> None:
+    if sys.platform == "win32":  # opens no folder; its file systems keep a journal of names
+        return
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        _sync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _sync(descriptor: int) -> None:
+    try:
+        os.fsync(descriptor)
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # a file system that cannot wait for its disk, as some of the network
+            raise
 
 
 def open_to_others(path: Path) -> bool:

@@ -1,4 +1,4 @@
-"""The emergency stop in force, kept on disk: it outlives the arm agent that was asked for it.
+"""The emergency stop in force, kept on disk: it outlives the arm agent that was asked for it, and a power cut.
 
 A stop ends with the next session that arms the arm, and with nothing else. The session that it came upon may not know
 of it, for it may be stopped itself, or cut off; an agent that is killed and started again would obey its heartbeats.
@@ -10,6 +10,7 @@ import os
 from pathlib import Path
 
 from shared.errors import UserError
+from shared.system.files import write_through
 
 
 class KeptStop:
@@ -40,7 +41,8 @@ class KeptStop:
     def keep(self, reason: str) -> None:
         """Keeps the stop that is in force, or that none is (an empty reason); a change alone is written, and once.
 
-        It is not forced onto the medium: killing a process loses nothing that it has written.
+        A stop is on the disk itself before this returns. That there is none is not waited for: a power cut may then
+        bring a stop back, which the next session lifts.
 
         Raises:
             OSError: if it cannot be written.
@@ -49,8 +51,7 @@ class KeptStop:
             return
         self._reason = reason
         if reason:
-            self._path.parent.mkdir(parents=True, exist_ok=True)
-            self._path.write_text(reason, encoding="utf-8", errors="replace")
+            write_through(self._path, reason)
         else:
             self._path.unlink(missing_ok=True)
 

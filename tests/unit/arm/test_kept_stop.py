@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
 from unittest.mock import ANY
 
@@ -74,6 +76,21 @@ def test_a_stop_that_cannot_be_kept_holds_all_the_same_and_that_is_said_once(pat
 class _Unkept(KeptStop):
     def read(self) -> str:
         return ""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="opens no folder to wait for its names")
+def test_a_stop_is_on_the_disk_itself_with_its_name(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A power cut forgot what was with the kernel alone: the text, the file's name, and that of a new folder."""
+    synced: dict[int, int] = {}
+
+    def fsync(descriptor: int) -> None:
+        state = os.fstat(descriptor)
+        synced[state.st_ino] = state.st_size
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    KeptStop(path).keep("by hand")
+    assert synced[path.stat().st_ino] == len("by hand")
+    assert {path.parent.stat().st_ino, path.parent.parent.stat().st_ino} < set(synced)
 
 
 def test_what_cannot_be_read_lets_no_agent_start(path: Path) -> None:
