@@ -21,6 +21,8 @@ from shared.clock import SystemClock
 
 _EVERY_S = 0.1
 _GREY = 128
+_PAPER = 1.5
+"""The paper's reach from the mark's centre, in that of its corners: the white rim is covered too."""
 
 
 class Control:
@@ -43,6 +45,7 @@ def sabotage(control: Control) -> None:
     """Puts the faults between the programs and their surroundings."""
     _clock(control)
     _camera(control)
+    _mark(control)
     _arm(control)
 
 
@@ -84,11 +87,34 @@ def _picture(fault: str, image: Any, kept: Any) -> Any:
     if fault == "gone":
         noise = np.random.default_rng().integers(-3, 4, image.shape)
         return (_GREY + noise).astype(np.uint8)
-    if fault == "covered":
-        half = image.copy()
-        half[:, : image.shape[1] // 2] = _GREY
-        return half
     return image
+
+
+def _mark(control: Control) -> None:
+    from pi_agent.synthetic_view import SyntheticView  # noqa: PLC0415
+
+    honest = SyntheticView.frame_and_corners
+
+    def frame_and_corners(self: SyntheticView, *scene: Any, **before: Any) -> tuple[Any, Any]:
+        image, corners_px = honest(self, *scene, **before)
+        return (half_covered(image, corners_px) if control["camera"] == "covered" else image), corners_px
+
+    SyntheticView.frame_and_corners = frame_and_corners  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def half_covered(image: Any, corners_px: Any) -> Any:
+    """The picture with paper over all of the mark's surroundings that is to the left of its centre: half of the mark.
+
+    `corners_px` (4, 2) are the mark's; without any (0, 2) nothing is covered.
+    """
+    if not len(corners_px):
+        return image
+    x, y = corners_px.mean(axis=0)
+    reach = np.linalg.norm(corners_px - (x, y), axis=1).max() * _PAPER
+    top, bottom, left, right = (max(round(float(edge)), 0) for edge in (y - reach, y + reach, x - reach, x))
+    covered = image.copy()
+    covered[top:bottom, left:right] = _GREY
+    return covered
 
 
 def _arm(control: Control) -> None:

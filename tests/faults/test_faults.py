@@ -7,10 +7,13 @@ from dataclasses import asdict, replace
 from math import nan
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
 from tests.faults.__main__ import is_bad, main
 from tests.faults.row import Row, all_rows
+from tests.faults.sabotaged import half_covered
 from tests.faults.trial import Outcome, line_of
 
 GOOD = Outcome("row", 900, 0, 0, 0, True, 0.1, 0.0, 4.0, "the run went on", "gap")
@@ -22,6 +25,23 @@ def test_every_row_has_a_name_of_its_own(capsys: pytest.CaptureFixture[str]) -> 
     assert len(names) == len(set(names)) > 40
     assert main(["--list", "--row", "SIGSTOP"]) == 0
     assert len(capsys.readouterr().out.splitlines()) == 16
+
+
+@pytest.mark.parametrize("centre_px", [(150.0, 150.0), (450.0, 200.0), (450.0, 450.0)])
+@pytest.mark.parametrize("yaw_rad", [0.0, 0.5])
+def test_half_of_the_mark_is_covered_wherever_the_block_lies(centre_px: tuple[float, float], yaw_rad: float) -> None:
+    """The left half of the picture was covered, and a block that had slid to the right was seen whole."""
+    square = 40.0 * np.exp(1j * (yaw_rad + np.pi / 2 * np.arange(4)))
+    corners_px = np.column_stack([square.real, square.imag]) + centre_px
+    mark = cv2.fillPoly(np.zeros((600, 600), np.uint8), [corners_px.round().astype(np.int32)], (1,)) == 1
+    covered = half_covered(np.full((600, 600), 255, np.uint8), corners_px) != 255
+    assert covered[mark].mean() == pytest.approx(0.5, abs=0.02)
+    assert covered.mean() < 0.05
+
+
+def test_where_no_mark_is_seen_nothing_is_covered() -> None:
+    image = np.full((600, 600), 255, np.uint8)
+    assert half_covered(image, np.empty((0, 2))) is image
 
 
 @pytest.mark.parametrize(
