@@ -3,29 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shared.errors import UserError
 from shared.rig import RigConfig
 from station.physics.contact import GRAVITY_M_S2, Array
 from station.physics.model import Model
 from station.signals.pivot import pivot_in_plate
 from station.signals.session import Signals
 from station.signals.tracks import AttitudeTrack
+from station.simulators.planar.batches import batches, knots_s, require_short
 from station.simulators.planar.commands import Commands, tracks
 from station.simulators.planar.plate import Plate, gravity_at
 from station.simulators.planar.simulate import Chances, Motions, simulate
 from station.simulators.recorded_runs import RecordedRun, numbers, runs_on_a_plate
 from station.simulators.simulated_signals import Outcome, simulated_signals
 
-KNOT_S = 0.01
-MOST_KNOTS = 30_000_000
-"""Attitudes of all runs, each taken as long as the longest: 5000 runs of a minute, which take 9 GB at their peak (300
-bytes each, by tracemalloc for 900 runs of the golden session); tests/unit/simulators/test_planar_session.py asks for
-more."""
 Integers = NDArray[np.int64]
 
 
@@ -57,15 +53,36 @@ def repeated(
 ) -> Signals:
     """Returns the session again, as `Simulator.repeat` says, with the engine `simulated`."""
     runs = runs_on_a_plate(recorded)
-    commands = commands_of(recorded, runs, rig=rig)
-    chances = Chances.none(len(runs))
+    for run in runs:
+        require_short([run])
+    number, chances = numbers(runs), Chances.none(len(runs))
     if rng is not None:
         chances = Chances.drawn(len(runs), scatter=model.scatter, rng=rng)
 
     def repeat(row: Integers, time_s: Array) -> Outcome:
-        return _outcome(commands, model, chances, row=row, time_s=time_s, simulated=simulated)
+        whole = _unknown(len(runs), len(row))
+        for part in batches(runs, np.bincount(row, minlength=len(runs))):
+            commands = replace(commands_of(recorded, runs[part], rig=rig), run=number[part])
+            asked = (row >= part.start) & (row < part.stop)
+            outcome = _outcome(
+                commands,
+                model,
+                chances.rows(part),
+                row=row[asked] - part.start,
+                time_s=time_s[asked],
+                simulated=simulated,
+            )
+            whole.onset_s[part], whole.onset_rad[part] = outcome.onset_s, outcome.onset_rad
+            whole.pose[asked], whole.gravity[asked] = outcome.pose, outcome.gravity
+        return whole
 
     return simulated_signals(recorded, runs, model, rig=rig, repeat=repeat, rng=rng)
+
+
+def _unknown(runs: int, moments: int) -> Outcome:
+    onset_s, onset_rad = np.full((2, runs), np.nan)
+    pose, gravity = np.full((2, moments, 3), np.nan)
+    return Outcome(onset_s=onset_s, onset_rad=onset_rad, pose=pose, gravity=gravity)
 
 
 def commands_of(recorded: Signals, runs: Sequence[RecordedRun], *, rig: RigConfig) -> Commands:
@@ -76,10 +93,10 @@ def commands_of(recorded: Signals, runs: Sequence[RecordedRun], *, rig: RigConfi
     Raises:
         UserError: if they are so long that their attitudes do not fit into memory.
     """
-    _require_short(runs)
+    require_short(runs)
     size = rig.block.size_m
     samples = [run.sample for run in runs]
-    times = [_knots_s(run) for run in runs]
+    times = [knots_s(run) for run in runs]
     stamps = [run.begin_ns + np.round(own * 1e9).astype(np.int64) for run, own in zip(runs, times, strict=True)]
     return tracks(
         times,
@@ -112,25 +129,6 @@ def _pivot(attitude: AttitudeTrack, stamps: Sequence[Integers]) -> list[Array] |
         return None
     between_s = [(own[:-1] + np.diff(own) // 2 - origin_ns) * 1e-9 for own in stamps]
     return [np.column_stack([np.interp(own, time_s, column) for column in found.T]) for own in between_s]
-
-
-def _require_short(runs: Sequence[RecordedRun]) -> None:
-    longest = max(runs, key=_lasts_s)
-    if len(runs) * _lasts_s(longest) > MOST_KNOTS * KNOT_S:
-        raise UserError(
-            f"Expected runs to simulate that last {MOST_KNOTS * KNOT_S / len(runs):.0f} s at most, as there are "
-            f"{len(runs)} of them, got run {longest.run} of {_lasts_s(longest):.3g} s"
-        )
-
-
-def _lasts_s(run: RecordedRun) -> float:
-    return (run.end_ns - run.begin_ns) * 1e-9
-
-
-def _knots_s(run: RecordedRun) -> Array:
-    """Returns times from 0 to the run's end, some 10 ms apart."""
-    length = _lasts_s(run)
-    return np.linspace(0.0, length, max(2, round(length / KNOT_S) + 1))
 
 
 def _outcome(

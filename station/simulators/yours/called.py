@@ -36,6 +36,8 @@ class Called(OwnFriction):
     def __init__(self, call: Caller, *, name: str, tells: bool) -> None:
         """Takes what calls the function, its name, and whether it can be told what was found (`tells`)."""
         self._call, self._name = call, name
+        self._held = True
+        """True if no run has been given anything since the session was begun."""
         self.why_not_rerun = (
             "" if tells else f"{name} could not be run with what was found: it takes no second argument"
         )
@@ -44,7 +46,10 @@ class Called(OwnFriction):
         self, recorded: Signals, model: Model, *, rig: RigConfig, rng: np.random.Generator | None = None
     ) -> Signals:
         """Repeats as `Simulator.repeat` says; raises UserError also for whatever the function does wrong."""
-        return repeated(recorded, model, rig=rig, rng=rng, simulated=self._simulate)
+        self._held = True
+        simulated = repeated(recorded, model, rig=rig, rng=rng, simulated=self._simulate)
+        self.gave = "gave None or nan (the block held) for" if self._held else ""
+        return simulated
 
     def _simulate(self, commands: Commands, model: Model, *, time_s: ArrayLike, chances: Chances) -> Motions:
         stamps, delay_s = np.asarray(time_s, dtype=float), model.delay_s()
@@ -52,7 +57,7 @@ class Called(OwnFriction):
             self._run(commands.rows(slice(row, row + 1)), model, float(chances.friction[row]))
             for row in range(len(commands))
         ]
-        self.gave = "gave None or nan (the block held) for" if all(answer.is_nothing for answer in answers) else ""
+        self._held = self._held and all(answer.is_nothing for answer in answers)
         onset_s = np.array([answer.onset_s for answer in answers])
         path = np.stack([answer.at(own) for answer, own in zip(answers, stamps - delay_s, strict=True)])
         return Motions(

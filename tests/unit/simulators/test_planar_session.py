@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 from shared.config import Table
 from shared.errors import UserError
@@ -20,7 +21,10 @@ from station.recording.arrays import load_signals
 from station.recording.reader import open_recording
 from station.signals.session import Signals
 from station.signals.tracks import AttitudeTrack, PoseTrack
+from station.simulators.planar import batches, session
+from station.simulators.planar.commands import Commands
 from station.simulators.planar.session import commands_of
+from station.simulators.planar.simulate import Chances, Motions, simulate
 from station.simulators.recorded_runs import poses_of, recorded_runs, runs_on_a_plate
 from station.simulators.simulator import RecordedSimulation, Simulator, names, simulator
 
@@ -220,8 +224,55 @@ def test_runs_whose_attitudes_fit_into_no_memory_are_refused() -> None:
     recorded, rig = golden()
     first, second, third = recorded_runs(recorded)
     late = replace(second, end_ns=second.begin_ns + 10**18)
-    with pytest.raises(UserError, match=r"last 100000 s at most, as there are 3 of them, got run 2 of 1e\+09 s"):
+    with pytest.raises(UserError, match=r"last 1667 s at most, to simulate 3 of them at once, got run 2 of 1e\+09 s"):
         commands_of(recorded, [first, late, third], rig=rig)
+
+
+def test_a_run_that_fits_into_no_memory_is_refused_before_any_is_simulated() -> None:
+    recorded, rig = golden()
+    ends = recorded.events.time_ns.copy()
+    ends[-1] += 10**13
+    late = replace(recorded, events=replace(recorded.events, time_ns=ends))
+
+    def simulated(*_given: object, **_named: object) -> Motions:
+        raise AssertionError("a run was simulated")
+
+    with pytest.raises(UserError, match=r"last 5000 s at most, to simulate 1 of them at once, got run 3 of 1e\+04 s"):
+        session.repeated(late, Model(mu_s=MU), rig=rig, simulated=simulated)
+
+
+def test_a_session_of_several_batches_is_simulated_as_one_of_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    recorded, rig = golden()
+    scattered = replace(with_effect("wear", fall=0.2, runs=3.0), scatter=0.05)
+    whole = simulator("planar").repeat(recorded, scattered, rig=rig, rng=np.random.default_rng(1))
+    counts = list[int]()
+
+    def simulated(commands: Commands, model: Model, *, time_s: ArrayLike, chances: Chances) -> Motions:
+        counts.append(len(commands))
+        return simulate(commands, model, time_s=time_s, chances=chances)
+
+    monkeypatch.setattr(batches, "MOST_KNOTS", 1300)
+    parts = session.repeated(recorded, scattered, rig=rig, rng=np.random.default_rng(1), simulated=simulated)
+    assert counts == [1, 1, 1]
+    assert parts.samples == whole.samples
+    assert np.array_equal(parts.corners.corner_px, whole.corners.corner_px, equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    ("moments", "slices"),
+    [
+        ((9, 9, 9), [(0, 3)]),
+        ((2000, 9, 9), [(0, 1), (1, 3)]),
+        ((9, 2000, 9), [(0, 1), (1, 2), (2, 3)]),
+        ((9, 9, 1300), [(0, 2), (2, 3)]),
+    ],
+)
+def test_a_batch_is_as_many_runs_as_fit_padded_to_its_longest(
+    moments: tuple[int, ...], slices: list[tuple[int, int]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    runs = [replace(run, end_ns=run.begin_ns + 10**9) for run in recorded_runs(golden()[0])]
+    monkeypatch.setattr(batches, "MOST_KNOTS", 1500)
+    assert [(part.start, part.stop) for part in batches.batches(runs, np.array(moments))] == slices
 
 
 def test_simulators_are_found_by_name() -> None:
