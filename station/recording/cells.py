@@ -14,7 +14,7 @@ import numpy as np
 
 from shared.errors import UserError
 from shared.geometry import Array
-from station.recording.parquet import MOST_CELLS, read_parquet
+from station.recording.parquet import MOST_BYTES, MOST_CELLS, MOST_ROWS, read_parquet
 
 Cells = Mapping[str, Sequence[Any]]
 """The cells of each column, by its name: texts of a CSV table, values of a Parquet table, None where there is none."""
@@ -52,6 +52,7 @@ def short(value: Any) -> str:
 
 
 def _of_csv(path: Path, what: str) -> Cells:
+    _require_small(path)
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             separator = _separator(next(filter(str.strip, file), ""))
@@ -59,11 +60,21 @@ def _of_csv(path: Path, what: str) -> Cells:
             lines = filter(None, csv.reader(file, delimiter=separator))
             header = [name.strip() for name in next(lines, [])]
             _require_once(header, path)
-            rows = list(_whole(lines, len(header), separator, path))
+            columns = _columns(_whole(lines, len(header), separator, path), len(header))
     except (UnicodeDecodeError, csv.Error) as error:
         raise UserError(f"Expected a CSV table of {what}, but {path} is not one ({error})") from error
-    cell = _with_point if separator == ";" else str
-    return {name: [cell(row[index]) for row in rows] for index, name in enumerate(header)}
+    if separator == ";":
+        for column in columns:
+            column[:] = map(_with_point, column)
+    return dict(zip(header, columns, strict=True))
+
+
+def _require_small(path: Path) -> None:
+    size = path.stat().st_size
+    if size > MOST_BYTES:
+        raise UserError(
+            f"Expected at most {MOST_BYTES / 1e6:.0f} MB in {path}, it holds {size / 1e6:.0f}; split the table"
+        )
 
 
 def _separator(header: str) -> str:
@@ -86,9 +97,19 @@ def _whole(lines: Iterable[list[str]], columns: int, separator: str, path: Path)
                 f"{path}, row {number}: expected {columns} cells between {_SEPARATORS[separator]}, as many as there "
                 f"are columns, got {len(row)}{_DECIMALS if separator == ',' else ''}"
             )
-        if number * columns > MOST_CELLS:
-            raise UserError(f"Expected at most {MOST_CELLS} cells in {path}, it holds more; split the table")
+        for what, count, most in (("rows", number, MOST_ROWS), ("cells", number * columns, MOST_CELLS)):
+            if count > most:
+                raise UserError(f"Expected at most {most} {what} in {path}, it holds more; split the table")
         yield row
+
+
+def _columns(rows: Iterable[list[str]], count: int) -> list[list[str]]:
+    """Turns rows into columns as they are read: beside the cells there is never more than one row."""
+    columns: list[list[str]] = [[] for _ in range(count)]
+    for row in rows:
+        for column, cell in zip(columns, row, strict=True):
+            column.append(cell)
+    return columns
 
 
 def _with_point(cell: str) -> str:

@@ -12,7 +12,8 @@ from station.recording.parquet_values import values_of
 MOST_ROWS = 1_000_000
 """Three hours of frames at 90 Hz, or fifty times the longest session; as samples they take 0.6 GB."""
 MOST_CELLS = 10_000_000
-"""The rows of all columns together, and of lists their items: as Python's numbers some 65 bytes each."""
+"""The rows of all columns together, and of lists their items: as Python's numbers some 65 bytes each. Those of a CSV
+table come to 770 MB (`pytest -m benchmark -s tests/benchmarks/test_table_memory.py` prints it)."""
 MOST_BYTES = 256 * 1024 * 1024
 """The size of all that is unpacked, and of all texts where each is written out: one text may stand for a million."""
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+import tracemalloc
 from pathlib import Path
 
 import pyarrow as pa
@@ -58,6 +60,36 @@ def test_a_table_of_too_many_cells_is_refused_as_it_is_read(monkeypatch: pytest.
     path.write_text("onset_angle_rad,run\n" + "0.3,1\n" * 6 + "no row", encoding="utf-8")
     with pytest.raises(UserError, match="at most 11 cells"):
         read_samples(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "most", "said"), [("MOST_ROWS", 5, "at most 5 rows"), ("MOST_BYTES", 40, "at most 0 MB in .*, it holds 0")]
+)
+def test_a_table_of_too_many_rows_or_letters_is_refused(
+    name: str, most: int, said: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(cells, name, most)
+    path = tmp_path / "a.csv"
+    path.write_text("run,t_s\n" + "1,0\n" * 5, encoding="utf-8")
+    assert cells_of(path, what="tracks")["run"] == ["1"] * 5
+    path.write_text("run,t_s\n" + "1,0\n" * 6 + "1,0\n" * 6, encoding="utf-8")
+    with pytest.raises(UserError, match=said):
+        cells_of(path, what="tracks")
+
+
+def test_a_table_is_never_in_memory_as_rows_and_as_columns(tmp_path: Path) -> None:
+    """The rows of a table of three columns took half as much again as its cells."""
+    path, rows = tmp_path / "a.csv", 20_000
+    path.write_text("a,b,c\n" + "".join(f"0.{row},1.{row},2.{row}\n" for row in range(rows)), encoding="utf-8")
+    tracemalloc.start()
+    try:
+        kept = cells_of(path, what="tracks")
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    cells_bytes = sum(sys.getsizeof(cell) for column in kept.values() for cell in column)
+    lists_bytes = sum(sys.getsizeof(column) for column in kept.values())
+    assert peak < 1.1 * (cells_bytes + lists_bytes)
 
 
 def test_only_columns_that_are_asked_for_must_be_readable(tmp_path: Path) -> None:
