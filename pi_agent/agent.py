@@ -21,7 +21,7 @@ from pi_agent.diagnosis import Diagnosis
 from pi_agent.frame_ring import FrameRing
 from pi_agent.health import ProcessorMeter, Watchdog, temperature_c
 from pi_agent.journal import NAME, Journal
-from pi_agent.marks import block_mark
+from pi_agent.marks import require_visible
 from pi_agent.observer import Observer
 from pi_agent.outbox import Outbox
 from pi_agent.preview import Preview, View
@@ -51,7 +51,9 @@ class Agent:
         calibration: Calibration | None = None,
         watchdog: Watchdog | None = None,
     ) -> None:
-        block_mark(rig.mark)  # one that there is not would open the camera again and again, which mends nothing
+        known = calibration or nominal(rig, width_px=rig.camera.width_px, height_px=rig.camera.height_px)
+        # A mark that no camera sees would open it again and again, which mends nothing.
+        require_visible(rig, camera_m=known.camera_m[2])
         self._rig, self._bus, self._clock = rig, bus, clock
         self._measured, self._watchdog = calibration, watchdog or Watchdog()
         self.boot_id = secrets.randbits(62) | 1

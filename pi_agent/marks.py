@@ -3,20 +3,28 @@
 from __future__ import annotations
 
 from pi_agent.tracking.mark import Mark, tag_table
-from shared.rig import MarkConfig, PlateConfig
+from shared.errors import UserError
+from shared.likely_picture import unseen_block
+from shared.rig import MarkConfig, PlateConfig, RigConfig
 
 FIDUCIAL_MARGIN = 0.25
 """Width of the white rim around a fiducial, in its sides."""
 
 
-def block_mark(config: MarkConfig) -> Mark:
-    """Returns the mark on the block.
+def require_visible(rig: RigConfig, *, camera_m: float) -> None:
+    """Refuses a rig whose mark a camera at this height above the plate, m, cannot see or does not know.
 
     Raises:
-        UserError: if it is a tag that OpenCV does not have.
+        UserError: if the block is as high as the camera, or its mark is a tag that OpenCV does not have.
     """
-    if config.feature == "tag":
-        tag_table(config.tag_dictionary, config.tag_id)
+    if fault := unseen_block(rig.block.size_m[2], camera_m=camera_m):
+        raise UserError(fault[0].upper() + fault[1:])
+    if rig.mark.feature == "tag":
+        tag_table(rig.mark.tag_dictionary, rig.mark.tag_id)
+
+
+def block_mark(config: MarkConfig) -> Mark:
+    """Returns the mark on the block."""
     return Mark(
         side_mm=config.side_mm,
         aspect=config.aspect,

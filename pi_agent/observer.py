@@ -6,13 +6,12 @@ import numpy as np
 
 from pi_agent.calibration.model import Calibration, nominal
 from pi_agent.cameras import CameraInfo, Frame
-from pi_agent.marks import FIDUCIAL_MARGIN, block_mark, fiducial_mark, fiducial_places_mm
+from pi_agent.marks import FIDUCIAL_MARGIN, block_mark, fiducial_mark, fiducial_places_mm, require_visible
 from pi_agent.repeats import Repeats
 from pi_agent.tracking.config import TrackerConfig
 from pi_agent.tracking.mark import Mark
 from pi_agent.tracking.observation import Observation
 from pi_agent.tracking.tracker import Tracker
-from shared.errors import UserError
 from shared.geometry import apply_homography
 from shared.messages import REPEATED, MarkerCorners
 from shared.rig import RigConfig
@@ -30,7 +29,7 @@ class Observer:
     `boot_id` tells one life of the agent from the next. The trackers are remembered from frame to frame.
 
     Raises:
-        UserError: if the block is as high as the camera, or its tag is none.
+        UserError: as `require_visible`.
     """
 
     def __init__(
@@ -38,6 +37,7 @@ class Observer:
     ) -> None:
         self._rig, self._info, self._boot_id = rig, info, boot_id
         known = calibration or nominal(rig, width_px=info.width_px, height_px=info.height_px)
+        require_visible(rig, camera_m=known.camera_m[2])
         self._px_per_mm = 1.0 / known.mm_per_px
         self._block = Tracker(self._config(block_mark(rig.mark), known, height_m=rig.block.size_m[2]))
         self._plate = self._fiducial_trackers(known)
@@ -49,11 +49,6 @@ class Observer:
     def _config(
         self, mark: Mark, known: Calibration, *, height_m: float = 0.0, region: tuple[int, int, int, int] | None = None
     ) -> TrackerConfig:
-        if height_m >= known.camera_m[2]:
-            raise UserError(
-                f"Expected a block lower than its camera, got [block] size_m with a height of {height_m:g} m below a "
-                f"camera at {known.camera_m[2]:g} m above the plate; measure both again"
-            )
         side = mark.side_mm * self._px_per_mm / (1.0 - height_m / known.camera_m[2])
         return TrackerConfig(
             mark=mark,

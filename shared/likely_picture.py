@@ -15,6 +15,19 @@ LEAST_SEEN = 0.7
 (`SCALE_RANGE` in pi_agent/calibration/plate.py)."""
 
 
+def unseen_block(block_m: float, *, camera_m: float) -> str:
+    """Returns a sentence if the top of a block is no lower than its camera, both above the plate, m; else an empty one.
+
+    The camera's height is the rig file's or a calibration's.
+    """
+    if block_m < camera_m:
+        return ""
+    return (
+        f"expected a block lower than its camera, got [block] size_m with a height of {block_m:g} m and a camera at "
+        f"{camera_m:g} m above the plate ([camera] height_mm, or its calibration); measure both again"
+    )
+
+
 def unlikely_picture(
     *, px_per_mm: float, height_mm: float, block_m: float, mark: MarkSize, picture_px: tuple[int, int]
 ) -> Iterator[str]:
@@ -27,13 +40,11 @@ def unlikely_picture(
         mark: the mark's sides.
         picture_px: width and height of the picture.
     """
-    nearer = 1.0 - 1e3 * block_m / height_mm
-    if nearer <= 0.0:
-        yield (
-            f"expected a block lower than its camera, got [block] size_m with a height of {block_m:g} m and [camera] "
-            f"height_mm = {height_mm:g} above the plate; measure both again"
-        )
+    camera_m = 1e-3 * height_mm
+    if fault := unseen_block(block_m, camera_m=camera_m):
+        yield fault
         return
+    nearer = 1.0 - block_m / camera_m
     width_px, height_px = (px_per_mm * side / nearer for side in mark.sides_mm)
     if not fits((LEAST_SEEN * width_px, LEAST_SEEN * height_px), sorted(picture_px)):
         yield (

@@ -293,3 +293,12 @@ def test_a_tag_that_there_is_not_is_refused_at_the_start(mark: MarkConfig, said:
     clock = SystemClock()
     with pytest.raises(UserError, match=said):
         Agent(rig(mark=mark), ScriptedCamera([]), MemoryBus(clock), clock)
+
+
+def test_a_block_as_high_as_the_measured_camera_is_refused_at_the_start() -> None:
+    """The agent opened its camera twice a second, and said so each time, without end."""
+    clock, config = SystemClock(), rig()
+    size = {"width_px": config.camera.width_px, "height_px": config.camera.height_px}
+    low = dataclasses.replace(nominal(config, **size), camera_m=(0.0, 0.0, config.block.size_m[2]))
+    with pytest.raises(UserError, match="Expected a block lower than its camera"):
+        Agent(config, ScriptedCamera([]), MemoryBus(clock), clock, calibration=low)
