@@ -10,6 +10,7 @@ import numpy as np
 
 from pi_agent.calibration.model import Calibration, nominal
 from pi_agent.cameras import CameraInfo, Frame
+from pi_agent.marks import require_visible
 from pi_agent.observer import Observer
 from pi_agent.tracking.tone import LINEAR, TONE_CURVES
 from shared.config import parse, table_of
@@ -30,9 +31,9 @@ class PictureTracker:
         self._rig = rig
         size = {"width_px": rig.camera.width_px, "height_px": rig.camera.height_px}
         self._calibration = _calibration(calibration_toml) if calibration_toml else nominal(rig, **size)
+        require_visible(rig, camera_m=self._calibration.camera_m[2])
         self._observer: Observer | None = None
         self._capture_ns = 0
-        self._fresh(MarkerCorners())  # faults of the rig are told before the first picture is read
 
     def corners(self, picture: bytes, *, like: MarkerCorners) -> MarkerCorners | None:
         """Returns the block's corners in the picture that `like` was seen in.
