@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shared.geometry import Array
 from station.friction.onset_loads import GRAVITY_M_S2
@@ -24,11 +25,16 @@ UNLEVEL_RAD = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """A path as the frames show it: times (n,), s, places (n, 2) on the plate, m, and the plate's tilts (n,), rad."""
+    """A path as the frames show it: times (n,), ns, places (n, 2) on the plate, m, and the plate's tilts (n,), rad."""
 
-    time_s: Array
+    time_ns: NDArray[np.int64]
     place_m: Array
     tilt_rad: Array
+
+    @property
+    def time_s(self) -> Array:
+        """Returns the times (n,) since the first frame, s."""
+        return (self.time_ns - self.time_ns[0]) * 1e-9
 
 
 def is_no_slide(seen: Seen, *, down: Array, plan: SlipPlan, m_per_px: float) -> bool:

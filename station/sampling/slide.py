@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from station.sampling.no_slide import is_no_slide
+from station.friction.onset import Onset
+from station.sampling.no_slide import Seen, is_no_slide
 from station.sampling.plan import SlipPlan
 from station.sampling.run import Run
 from station.sampling.tracks import Tracks
@@ -22,13 +23,8 @@ def read_slide(run: Run, *, tracks: Tracks, plan: SlipPlan) -> None:
     averaged_from_ns = run.detect_ns - round(plan.average_s * 1e9)
     run.euler_rad = tracks.mean_euler_rad(from_ns=averaged_from_ns)
     since_ns = max(run.tilt_ns, run.detect_ns - _FITTED_NS)
-    variance = run.reference.variance_px2 if run.reference else ()
-    onset = tracks.onset(
-        since_ns=since_ns,
-        detect_ns=run.detect_ns,
-        downhill=_downhill(run),
-        sigma_px=math.sqrt(sum(variance) / len(variance)) if variance else 1.0,
-    )
+    seen = tracks.seen(since_ns=since_ns, until_ns=run.detect_ns)
+    onset = _onset(run, tracks, seen, since_ns=since_ns) if seen else None
     if onset is not None:
         run.slip_ns, run.onset_rad, run.onset_sigma_rad = onset.slip_ns, onset.angle_rad, onset.angle_sigma_rad
     else:
@@ -39,8 +35,17 @@ def read_slide(run: Run, *, tracks: Tracks, plan: SlipPlan) -> None:
         run.flags.append(UNRESOLVED)
     if _is_unseen(run, tracks, since_ns=since_ns, averaged_from_ns=averaged_from_ns):
         run.disturb("gap")
-    if _is_no_slide(run, tracks, plan, since_ns=since_ns):
-        run.disturb("no_slide")
+    if seen and tracks.geometry:
+        m_per_px = tracks.geometry.mm_per_px * 1e-3
+        if is_no_slide(seen, down=np.array(_downhill(run)), plan=plan, m_per_px=m_per_px):
+            run.disturb("no_slide")
+
+
+def _onset(run: Run, tracks: Tracks, seen: Seen, *, since_ns: int) -> Onset | None:
+    """Returns the onset that is fitted to the frames with the noise of the reference, or None."""
+    variance = run.reference.variance_px2 if run.reference else ()
+    sigma_px = math.sqrt(sum(variance) / len(variance)) if variance else 1.0
+    return tracks.onset(seen, since_ns=since_ns, downhill=_downhill(run), sigma_px=sigma_px)
 
 
 def _is_unseen(run: Run, tracks: Tracks, *, since_ns: int, averaged_from_ns: int) -> bool:
@@ -67,15 +72,6 @@ def _is_unseen(run: Run, tracks: Tracks, *, since_ns: int, averaged_from_ns: int
         slide_ns=run.detect_ns - (run.slip_ns or averaged_from_ns),
         rate_rad_s=math.radians(run.rate_deg_s),
     )
-
-
-def _is_no_slide(run: Run, tracks: Tracks, plan: SlipPlan, *, since_ns: int) -> bool:
-    """Returns true if what moved in the picture was no block that slides; false where too little is known of it."""
-    seen = tracks.seen(since_ns=since_ns, until_ns=run.detect_ns)
-    if seen is None or tracks.geometry is None:
-        return False
-    m_per_px = tracks.geometry.mm_per_px * 1e-3
-    return is_no_slide(seen, down=np.array(_downhill(run)), plan=plan, m_per_px=m_per_px)
 
 
 def _downhill(run: Run) -> tuple[float, float]:

@@ -159,40 +159,28 @@ class Tracks:
 
     def seen(self, *, since_ns: int, until_ns: int) -> Seen | None:
         """Returns the path of the block in some frames; None without calibration, frames or attitudes."""
-        frames = sorted(self._frames_within(since_ns, until_ns))
+        frames = sorted(frame for frame in self._frames if since_ns <= frame[0] <= until_ns)
         if self.geometry is None or not frames or not self._attitudes:
             return None
         stamps, readings = np.array([stamp for stamp, _ in frames]), list(self._attitudes)
         tilt_rad = np.interp(stamps, [stamp for stamp, _ in readings], [tilt for _, tilt in readings])
-        return Seen((stamps - stamps[0]) * 1e-9, self._places_m(frames, self.geometry), tilt_rad)
-
-    def _frames_within(self, since_ns: int, until_ns: int) -> list[_Frame]:
-        return [frame for frame in self._frames if since_ns <= frame[0] <= until_ns]
-
-    def _places_m(self, frames: list[_Frame], geometry: CameraGeometry) -> NDArray[np.float64]:
-        """Returns where the middle of the mark was in frames, (n, 2), m on the plate."""
         centres = self._straight([corners for _, corners in frames]).reshape(-1, 4, 2).mean(axis=1)
-        return corners_on_plate(centres, geometry)
+        return Seen(stamps, corners_on_plate(centres, self.geometry), tilt_rad)
 
     def attitudes_ns(self, *, since_ns: int) -> list[int]:
         """Returns the times, ns, of the attitudes."""
         return [stamp for stamp, _ in self._attitudes if stamp >= since_ns]
 
-    def onset(self, *, since_ns: int, detect_ns: int, downhill: tuple[float, float], sigma_px: float) -> Onset | None:
-        """Gives the onset of the slide that the rule detected at `detect_ns`, fitted to all frames since `since_ns`."""
-        if self.geometry is None:
-            return None
-        frames = self._frames_within(since_ns, detect_ns)
+    def onset(self, seen: Seen, *, since_ns: int, downhill: tuple[float, float], sigma_px: float) -> Onset | None:
+        """Gives the onset of the slide at the end of a path that was `seen` since then; None where there is none."""
         attitudes = [(stamp, tilt) for stamp, tilt in self._attitudes if stamp >= since_ns - 100_000_000]
-        if len(frames) < 2 or len(attitudes) < 2:
+        if self.geometry is None or len(seen.time_ns) < 2 or len(attitudes) < 2:
             return None
-        stamps = [stamp for stamp, _ in frames]
-        path = self._places_m(frames, self.geometry)
         return trace(
             estimate_onset,
-            stamps,
-            path,
-            start_m=path[0],
+            seen.time_ns,
+            seen.place_m,
+            start_m=seen.place_m[0],
             down=downhill,
             tilt_ns=[stamp for stamp, _ in attitudes],
             tilt_rad=[tilt for _, tilt in attitudes],

@@ -5,12 +5,15 @@ import dataclasses
 import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from shared.foxglove import CameraCalibration
-from shared.geometry import mark_corners, pixels_of_mark
-from shared.messages import MarkerCorners
+from shared.geometry import corners_on_plate, mark_corners, pixels_of_mark
+from shared.messages import CameraGeometry, MarkerCorners
+from station.sampling import tracks as module
+from station.sampling.plan import Plan
 from station.sampling.tracks import Tracks
-from tests.unit.sampling.scripted_rig import GEOMETRY
+from tests.unit.sampling.scripted_rig import GEOMETRY, ScriptedRig
 
 K = np.array([[1500.0, 0.0, 300.0], [0.0, 1500.0, 300.0], [0.0, 0.0, 1.0]])
 LENS = (-0.35, 0.1, 0.0, 0.0, 0.0)
@@ -34,3 +37,17 @@ def test_a_rolling_shutters_frames_take_the_time_of_their_corners():
     assert tracks.frame_ns == 1_000
     tracks.take_corners(dataclasses.replace(frame, capture_ns=5_000, corner_dt_ns=()))
     assert [stamp for stamp, _ in tracks._frames] == [1_200, 5_000]  # pyright: ignore[reportPrivateUsage]
+
+
+def test_the_frames_of_a_slide_are_put_on_the_plate_once(monkeypatch: pytest.MonkeyPatch):
+    """Onset and path were read off the same frames, each with a lens's distortion taken out anew."""
+    counts: list[int] = []
+
+    def counted(points: NDArray[np.float64], geometry: CameraGeometry) -> NDArray[np.float64]:
+        counts.append(len(points))
+        return corners_on_plate(points, geometry)
+
+    monkeypatch.setattr(module, "corners_on_plate", counted)
+    rig = ScriptedRig(Plan(samples=1), friction_rad=0.3)
+    rig.run(60.0)
+    assert len(rig.samples) == len(counts) == 1

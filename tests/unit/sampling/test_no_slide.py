@@ -33,7 +33,7 @@ def seen(
     tilt = math.radians(tilt_deg) - RATE_RAD_S * (time_s[-1] - time_s)
     noise = M_PER_PX * noise_px * default_rng(3).normal(size=(len(length), 2))
     sag = np.outer(M_PER_PX * sag_px_per_deg * np.degrees(tilt), [0.0, 1.0])
-    return Seen(time_s, np.outer(length, way) + noise + sag, tilt)
+    return Seen(np.round(time_s * 1e9).astype(np.int64), np.outer(length, way) + noise + sag, tilt)
 
 
 def free(pull_m_s2: float, *, until_m: float = 0.005, hz: float = HZ) -> Array:
@@ -89,4 +89,4 @@ def test_a_jump_in_the_middle_of_a_slide_is_none() -> None:
 
 @pytest.mark.parametrize("frames", [1, 2])
 def test_one_frame_tells_nothing(frames: int) -> None:
-    assert not told(Seen(np.arange(frames) / HZ, np.zeros((frames, 2)), np.full(frames, 0.1)))
+    assert not told(Seen(np.arange(frames) * round(1e9 / HZ), np.zeros((frames, 2)), np.full(frames, 0.1)))
