@@ -1,4 +1,4 @@
-"""Names new recordings, and tells their origin."""
+"""Names new recordings, and tells their origin, also that of others."""
 
 from __future__ import annotations
 
@@ -9,10 +9,13 @@ from datetime import datetime
 from pathlib import Path
 
 from shared.rig import RigConfig
-from station.recording.provenance import Provenance
+from station.friction.onset import RULE
+from station.recording.provenance import Provenance, whole_number
+from station.recording.reader import RecordingReader
 from station.sampling.plan import Plan
 
 FOLDER = Path("recordings")
+_ONSET_RULE = "onset_rule"
 SPLIT_MB = (1, 1_000_000)
 """The sizes of a part: at least as large as a chunk, so that there are not more parts than chunks."""
 
@@ -58,7 +61,7 @@ def _said(table: dict[str, object]) -> dict[str, object]:
 
 
 def provenance(rig: RigConfig, plan: Plan, *, mode: str, started_ns: int) -> Provenance:
-    """Returns the rig file, plan, seed and versions."""
+    """Returns the rig file, plan, seed, versions, and the rule by which onsets are estimated."""
     return Provenance(
         rig_id=rig.id,
         started_ns=started_ns,
@@ -67,4 +70,16 @@ def provenance(rig: RigConfig, plan: Plan, *, mode: str, started_ns: int) -> Pro
         rig_toml=rig.text,
         own_rig=rig.arm.own,
         plan_toml=plan_toml(plan),
+        extra={_ONSET_RULE: str(RULE)},
+    )
+
+
+def other_rule(reader: RecordingReader) -> str:
+    """Returns why what was decided may differ from what follows from it now; empty if onsets have the same rule."""
+    then = whole_number(reader.metadata.get("session", {}).get(_ONSET_RULE, "1"))
+    if then == RULE:
+        return ""
+    return (
+        f"its onsets were estimated by rule {'unknown' if then is None else then}, this program has rule {RULE}: "
+        "onsets, their errors, and what was decided by them, may differ by that alone"
     )

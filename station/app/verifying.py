@@ -20,6 +20,7 @@ from station.app.attitudes_again import attitudes_again
 from station.app.commands.check import machine_of
 from station.app.corners_again import CornersAgain, corners_again, picture_tracker
 from station.app.outputs import without_nan
+from station.app.recordings import other_rule
 from station.app.signature import Signature, file_sha256, signature_path
 from station.recording.counts import METADATA as COUNTS
 from station.recording.malformed import left_out
@@ -207,15 +208,18 @@ def _decisions(reader: RecordingReader) -> Sequence[Part]:
     stream = ((item.topic, item.message, item.log_ns) for item in reader.messages({*INPUTS, *DECISIONS}))
     verdicts = replay(machine, stream)
     decided = {topic: verdicts[topic] for topic in (COMMANDS, EVENTS)}
-    return [_compared("decisions", decided), _compared("samples", {SAMPLES: verdicts[SAMPLES]})]
+    samples, why = {SAMPLES: verdicts[SAMPLES]}, other_rule(reader)
+    return [_compared("decisions", decided, why=why), _compared("samples", samples, why=why)]
 
 
-def _compared(name: str, verdicts: dict[str, Verdict]) -> Part:
+def _compared(name: str, verdicts: dict[str, Verdict], *, why: str) -> Part:
+    """Compares decisions; `why` those of an honest recording may differ, too, is said where they do."""
     count = sum(verdict.decisions for verdict in verdicts.values())
     found = [_mismatch(topic, verdict.difference) for topic, verdict in verdicts.items() if verdict.difference]
     if not found:
         return Part(name, "identical", count, f"all {count} follow from the recorded messages")
-    return Part(name, "different", count, f"after {count} that follow", min(found, key=lambda one: one.stamp_ns))
+    said = "; ".join(filter(None, (f"after {count} that follow", why)))
+    return Part(name, "different", count, said, min(found, key=lambda one: one.stamp_ns))
 
 
 def _mismatch(topic: str, difference: Difference) -> Mismatch:

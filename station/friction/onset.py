@@ -24,8 +24,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from station.friction.onset_loads import GRAVITY_M_S2, Array, Loads
+from station.friction.onset_errors import Residuals
+from station.friction.onset_loads import GRAVITY_M_S2, Array, Loads, tilt_sigma_rad
+from station.friction.onset_repeats import Stretches, without_repeats
 
+RULE = 2
+"""Raised with every change of the onsets or errors that the same messages give: recordings say by which theirs were
+estimated, so that one of before is not taken for a forged one. 1: until residuals of the slide made its error."""
 _COARSE = 60
 _NEAR, _FINE = 3, 8
 """The fine grid: this many coarse cells to either side of the best point, each divided by that."""
@@ -58,8 +63,10 @@ frames of a slide. With it the angles of simulated samples scatter as is stated,
 class Onset:
     """The moment (ns) and the tilt at which the slide began, with standard error, and the friction while sliding.
 
-    The angle is the tilt that a plate at rest would have needed. Its error holds the noise of the corners, the errors
-    of the way's scale (`WAY_SHARE`), of the clocks and of the curve through the tilt's readings, but not of these.
+    The angle is the tilt that a plate at rest would have needed. Its error holds the noise of the corners, the jitter
+    of their stamps and what else the residuals show of the model (`onset_errors`), and the errors of the way's scale
+    (`WAY_SHARE`), of the clocks and of the curve through the tilt's readings, but not of these; of readings that only
+    repeat there is no trust (`onset_repeats`).
     """
 
     slip_ns: int
@@ -133,17 +140,17 @@ def estimate_onset(
     readings_s = np.asarray((times - origin) * 1e-9, dtype=np.float64)
     if readings_s[-1] > _LONGEST_S:
         return None
-    loads = Loads(readings_s, tilt, frames_s=t, ahead_m=ahead_m, way_m=along * path)
-    fit = _Fit(t, path, loads, along=along, sigma_m=max(sigma_m, 1e-7))
+    mended, repeats = without_repeats(readings_s, tilt)
+    loads = Loads(readings_s, mended, frames_s=t, ahead_m=ahead_m, way_m=along * path)
+    fit = _Fit(t, path, loads, along=along, sigma_m=max(sigma_m, 1e-7), repeats=repeats)
     best = fit.best()
     if fit.without_slide() - best.chi2 < _SLIDE_CHI2:
         return None
-    scatter = float(np.sqrt(max(1.0, best.chi2 / max(len(t) - 4, 1))))
     return Onset(
         slip_ns=origin + round(best.t0 * 1e9),
         angle_rad=best.angle_rad,
         angle_sigma_rad=float(
-            np.hypot(fit.sigma_rad(best, scatter=scatter, clock_sigma_s=clock_sigma_s), loads.tilt_sigma_rad(best.t0))
+            np.hypot(fit.sigma_rad(best, clock_sigma_s=clock_sigma_s), tilt_sigma_rad(readings_s, tilt, best.t0))
         ),
         kinetic_mu=best.mu_k,
         residual_m=float(np.sqrt(best.chi2 / len(t)) * fit.sigma_m),
@@ -169,16 +176,26 @@ class _Best:
 class _Fit:
     """χ² of both models, everything linear solved: for many angles or t0 (…,) at once, as a fit tries hundreds."""
 
-    def __init__(self, t: Array, path: Array, loads: Loads, *, along: float, sigma_m: float) -> None:
+    def __init__(
+        self, t: Array, path: Array, loads: Loads, *, along: float, sigma_m: float, repeats: Stretches
+    ) -> None:
         self.t, self.path, self.loads, self.along, self.sigma_m = t, path, loads, along, sigma_m
         drift = np.sin(np.interp(t, loads.grid, loads.theta))
         # Without a change of tilt the sag cannot be told from the constant.
         nuisance = np.column_stack([np.ones_like(t), drift - drift.mean()][: 2 if np.ptp(drift) > 1e-3 else 1])
-        self.basis = np.linalg.qr(nuisance)[0]
+        self.basis, self.share = np.linalg.qr(nuisance)[0], np.ones(nuisance.shape[1])
+        if len(repeats.begin_s):
+            self._widen(along * repeats.ways_m(t) / sigma_m)
+
+    def _widen(self, ways: Array) -> None:
+        """Adds ways (n, k) to the covariance model, each of which the path may be off by, in standard deviations."""
+        basis, size, _ = np.linalg.svd(self._clear(ways.T).T, full_matrices=False)
+        self.basis = np.column_stack([self.basis, basis])
+        self.share = np.append(self.share, 1.0 - 1.0 / np.sqrt(1.0 + size**2))
 
     def _clear(self, values: Array) -> Array:
-        """Returns values (…, n) without what the nuisance explains."""
-        return values - (values @ self.basis) @ self.basis.T
+        """Returns values (…, n) without the nuisance, and less of what is uncertain: only noise is left of errors."""
+        return values - (values @ self.basis * self.share) @ self.basis.T
 
     def _chi2(self, residual: Array) -> Array:
         """Returns χ² (…,) of residuals (…, n)."""
@@ -217,7 +234,7 @@ class _Fit:
         for _ in range(2):
             slope = self._slope(angle)
             power = float(slope @ slope)
-            angle += float(slope @ (self.path - self.way(angle))) / power if power > 0.0 else 0.0
+            angle += float(slope @ self._clear(self.path - self.way(angle))) / power if power > 0.0 else 0.0
         way = self.way(angle)
         chi2 = float(self._chi2(self.path - way))
         mu = self.along * float(np.tan(angle))
@@ -235,7 +252,7 @@ class _Fit:
         residual, drag = self.path - self.along * loads.since(loads.drive, t0), loads.since(loads.press, t0)
         seen = -self._clear(drag)
         power = (seen * seen).sum(axis=-1)
-        mu_k = np.where(power > 0, (seen * residual).sum(axis=-1) / np.where(power > 0, power, 1.0), 0.0)
+        mu_k = np.where(power > 0, (seen * self._clear(residual)).sum(axis=-1) / np.where(power > 0, power, 1.0), 0.0)
         mu_k = np.minimum(np.maximum(mu_k, 0.0), self.along * np.tan(loads.tilt(t0)))
         return self._chi2(residual + mu_k[..., None] * drag), mu_k
 
@@ -270,11 +287,18 @@ class _Fit:
 
     # --- its error ---------------------------------------------------------------------------------------------------
 
-    def sigma_rad(self, best: _Best, *, scatter: float, clock_sigma_s: float) -> float:
+    def sigma_rad(self, best: _Best, *, clock_sigma_s: float) -> float:
         """Returns the standard error of the angle.
 
-        It is that of noise that each frame has anew, and of what all frames of a slide have alike.
+        It is that of what each frame has anew, and of what all frames of a slide have alike.
         """
-        length = max(float(np.linalg.norm(best.slope)), 1e-9)
-        alike = np.stack([WAY_SHARE * best.way, clock_sigma_s * np.gradient(best.way, self.t)]) @ best.slope / length
-        return float(np.hypot(scatter * self.sigma_m, np.linalg.norm(alike)) / length)
+        length, speed = max(float(np.linalg.norm(best.slope)), 1e-9), np.gradient(best.way, self.t)
+        alike = self._clear(np.stack([WAY_SHARE * best.way, clock_sigma_s * speed])) @ best.slope / length
+        residuals = Residuals(
+            residual_m=self._clear(self.path - best.way),
+            speed_m_s=speed,
+            slope=best.slope,
+            taken=np.minimum((best.slope / length) ** 2 + self.basis**2 @ self.share, 1.0),
+            moving=self.t > best.t0,
+        )
+        return float(np.hypot(residuals.error_m(self.sigma_m), np.linalg.norm(alike)) / length)

@@ -114,15 +114,16 @@ class Loads:
         resting = np.flatnonzero((self.speed(mu, along=along) <= 0.0) & (self.grid < self.frames_s[-1]))
         return float(self.grid[resting[-1]]) if len(resting) else float(self.grid[0])
 
-    def tilt_sigma_rad(self, t: float) -> float:
-        """Returns the error (rad) of the curve through the tilt's readings, from how abruptly that bends there.
 
-        A corner midway between two readings changes the bend from nothing to half of its own, and is cut by half of
-        that; where the bend changes little the curve is right.
-        """
-        k = int(np.clip(np.searchsorted(self.readings_s, t), 3, max(len(self.readings_s) - 3, 3)))
-        jerks = np.diff(self.readings_rad[k - 3 : k + 3], 3)
-        return float(np.abs(jerks).max(initial=0.0)) / 4
+def tilt_sigma_rad(readings_s: Array, readings_rad: Array, t: float) -> float:
+    """Returns the error (rad) of the curve through the tilt's readings at t (s), from how abruptly that bends there.
+
+    The readings are `readings_rad` (m,) at `readings_s` (m,). A corner midway between two of them changes the bend from
+    nothing to half of its own, and is cut by half of that; where the bend changes little the curve is right.
+    """
+    k = int(np.clip(np.searchsorted(readings_s, t), 3, max(len(readings_s) - 3, 3)))
+    jerks = np.diff(readings_rad[k - 3 : k + 3], 3)
+    return float(np.abs(jerks).max(initial=0.0)) / 4
 
 
 def hermite(x: Array, y: Array, slopes: Array, *, at: Array) -> Array:

@@ -17,6 +17,7 @@ from shared.rig import RigConfig, load_rig
 from shared.visible import visible
 from station.app import assembly
 from station.app.attached import attached_rig, attached_table
+from station.app.recordings import other_rule
 from station.recording.malformed import left_out
 from station.recording.reader import RecordingReader, open_recording
 from station.sampling.machine import INPUTS, SamplingMachine
@@ -46,6 +47,8 @@ def run(options: argparse.Namespace) -> int:
         print(visible(note))
     if difference is not None:
         print(visible(f"{count} decisions are the same; the first that is not: {difference}"))
+        if why := other_rule(reader):
+            print(f"That may be no fault: {why}.")
         return 1
     if reader.parts_missing:
         print(visible(f"{count} decisions are the same, but not all are there: {'; '.join(reader.parts_missing)}."))

@@ -12,6 +12,7 @@ import pytest
 from shared.messages import MarkerCorners, RunEvent, Sample, TiltCommand
 from station.__main__ import main
 from station.app.verifying import Verification, verify
+from station.friction.onset import RULE
 from station.sampling.replay import STOPPED
 from tests.unit.app.forging import Edit, Item, forged
 from tests.unit.recording.session import record
@@ -74,6 +75,21 @@ def test_a_forged_decision_or_sample_is_found(
     assert (found.first.topic, found.first.field, found.first.recorded) == (topic, field, recorded)
     assert found.first.derived != recorded
     assert found.first.stamp_ns > 0
+
+
+def test_a_session_whose_onsets_had_another_rule_is_not_called_forged_without_the_reason(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another version states other errors of onsets: an old recording is honest, and differs all the same."""
+    path = forged(GOLDEN, tmp_path / "old.mcap", changed(Sample, 2, onset_sigma_rad=1e-4))
+    assert "rule" not in next(part for part in verify(path).parts if part.name == "samples").sentence
+    monkeypatch.setattr("station.app.recordings.RULE", RULE + 1)
+    reason = f"its onsets were estimated by rule {RULE}, this program has rule {RULE + 1}"
+    assert main(["verify", str(path)]) == 1
+    assert reason in capsys.readouterr().out
+    assert main(["check", str(path)]) == 1
+    assert reason in capsys.readouterr().out
+    assert main(["verify", str(GOLDEN)]) == 0
 
 
 def of_a_reference(items: Iterator[Item]) -> Iterable[Item]:

@@ -132,10 +132,13 @@ def measure(
     scale: float = 1.0,
     rng: np.random.Generator,
     end_s: float | None = None,
+    jitter_s: float = 0.0,
+    stuck_s: tuple[float, float] = (0.0, 0.0),
 ) -> Onset | None:
     """Returns the onset that the estimator finds in a slide, seen at 90 Hz with noise and a sagging camera.
 
-    `scale` is what the camera takes for a metre.
+    `scale` is what the camera takes for a metre. Its stamps may jitter; encoders may be stuck from a moment on, told
+    from the true onset, for so long.
     """
     end = truth.detection_s(sag_px=sag_px) if end_s is None else end_s
     begin = max(truth.time_s[0], end - KEPT_S)
@@ -144,11 +147,16 @@ def measure(
     path = scale * np.interp(frames, truth.time_s, truth.path_m)
     path = path + sag_px / PX_PER_M * np.sin(np.interp(frames, truth.time_s, truth.tilt_rad))
     path = path + noise_px / PX_PER_M * rng.standard_normal(len(frames))
+    if jitter_s:
+        frames = np.sort(frames + jitter_s * rng.standard_normal(len(frames)))
+    read_s = attitudes.copy()
+    stuck = (attitudes >= truth.onset_s + stuck_s[0]) & (attitudes < truth.onset_s + sum(stuck_s))
+    read_s[stuck] = attitudes[np.argmax(stuck)]
     return estimate_onset(
         np.round(frames * 1e9).astype(np.int64),
         path,
         tilt_ns=np.round(attitudes * 1e9).astype(np.int64),
-        tilt_rad=np.interp(attitudes, truth.time_s, truth.tilt_rad),
+        tilt_rad=np.interp(read_s, truth.time_s, truth.tilt_rad),
         sigma_m=noise_px / PX_PER_M,
         along=truth.along,
     )
