@@ -108,6 +108,12 @@ class State:
             self.level()
             self.finish(f"{self.faults} runs failed in a row; the last because: {reason}")
 
+    def end(self, fault: str) -> None:
+        """Ends the session, and the run under way, without asking anything more of the arm."""
+        self.event("ABORTED", fault)
+        self.say("error", f"run {self.run.number} aborted: {fault}")
+        self.finish(fault)
+
     def finish(self, fault: str) -> None:
         """Ends the session."""
         self.enter_silently("FINISHED")

@@ -21,8 +21,9 @@ from shared.messages import (
     SessionPause,
 )
 from station.rig.opening import Opening
+from station.sampling.arm_reports import OWN_ORDER
 from station.sampling.direction import slide_in_image
-from station.sampling.machine import OWN_ORDER, SamplingMachine
+from station.sampling.machine import SamplingMachine
 from station.sampling.plan import DirectionPlan, DwellPlan, Plan, ReferencePlan, SlipPlan, TiltPlan
 from station.sampling.run import Specimen
 from tests.unit.sampling.scripted_rig import GEOMETRY, ScriptedRig
