@@ -4,6 +4,7 @@
 |---|---|
 | reach it from another machine | the server listens on the loopback address only |
 | another program or user of this machine guesses | 256 random bits, compared in constant time |
+| one of them opens connections and says nothing | few at a time, each for seconds (`strangers.py`) |
 | a foreign page in the same browser posts a form (CSRF) | a POST needs the token in a header, which no form can set |
 | a foreign page reads an answer | no answer allows another origin; the cookie is SameSite=Strict and HttpOnly |
 | a foreign name that resolves to 127.0.0.1 (DNS rebinding) | `Host` must be a loopback name |

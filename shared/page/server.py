@@ -14,8 +14,10 @@ from __future__ import annotations
 
 import json
 import logging
+import socket
 import sys
 import threading
+import time
 from collections.abc import Iterator, Mapping
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -25,6 +27,7 @@ from urllib.parse import parse_qs, unquote, urlsplit
 
 from shared.errors import UserError
 from shared.page.access import Access, is_local
+from shared.page.strangers import MOST, Strangers
 
 _LOG = logging.getLogger(__name__)
 LOOPBACK = "127.0.0.1"
@@ -53,6 +56,8 @@ class LoopbackServer(ThreadingHTTPServer):
 
     daemon_threads = True
     allow_reuse_address = True
+    request_queue_size = MOST
+    """Connections that wait to be taken: with Python's 5, a burst of them keeps the next one waiting for a second."""
 
     def __init__(self, handler: type[Handler], *, port: int, token: str) -> None:
         """Listens at once.
@@ -61,6 +66,7 @@ class LoopbackServer(ThreadingHTTPServer):
             UserError: if the port is taken.
         """
         self.closing = threading.Event()
+        self.strangers = Strangers()
         try:
             super().__init__((LOOPBACK, port), handler)
         except OSError as error:
@@ -74,6 +80,20 @@ class LoopbackServer(ThreadingHTTPServer):
     def url(self) -> str:
         """The address that lets a browser in."""
         return f"http://{LOOPBACK}:{self.server_port}/?token={self.access.token}"
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Answers a connection on a thread of its own; it is a stranger until a request of it shows the key."""
+        self.strangers.come(cast(socket.socket, request), time.monotonic())
+        super().process_request(request, client_address)
+
+    def close_request(self, request: Any) -> None:
+        """Closes a connection."""
+        self.strangers.go(cast(socket.socket, request))
+        super().close_request(request)
+
+    def service_actions(self) -> None:
+        """Ends strangers whose time is over; called after each connection, and twice a second without any."""
+        self.strangers.end_old(time.monotonic())
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Tells in one line what ended a request without an answer; a browser that goes away is no mistake."""
@@ -120,6 +140,13 @@ class Handler(BaseHTTPRequestHandler):
     @property
     def _access(self) -> Access:
         return cast(LoopbackServer, self.server).access
+
+    def parse_request(self) -> bool:
+        """Reads the head of a request; one with the key makes its connection known."""
+        parsed = super().parse_request()
+        if parsed and self._access.may_read(dict(self.headers)):
+            cast(LoopbackServer, self.server).strangers.go(self.connection)
+        return parsed
 
     def log_message(self, format: str, *args: Any) -> None:
         """Says nothing: the address holds the token."""
