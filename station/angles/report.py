@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 
+from shared.csv_text import csv_lines
 from station.angles.compare import Comparison, Estimate, Pair, SourceFit
 
 _PAIR_COLUMNS = ("first", "second", "mean_abs_deg", "sd_deg", "bias_deg", "instants")
@@ -100,12 +99,12 @@ def table_csv(comparison: Comparison) -> str:
         )
         for pair in comparison.pairs
     ]
-    return _csv(_PAIR_COLUMNS, rows)
+    return "".join(csv_lines([_PAIR_COLUMNS, *rows]))
 
 
 def fits_csv(comparison: Comparison) -> str:
     """Returns the fitted model with one row a source; empty cells where the stops do not determine a term."""
-    return _csv(_FIT_COLUMNS, [_fit_row(fit, comparison.reference) for fit in comparison.fits])
+    return "".join(csv_lines([_FIT_COLUMNS, *(_fit_row(fit, comparison.reference) for fit in comparison.fits)]))
 
 
 def _fit_row(fit: SourceFit, reference: str) -> tuple[str, ...]:
@@ -127,11 +126,3 @@ def _three(estimate: Estimate | None, *, degrees: bool) -> tuple[str, str, str]:
 
 def _number(value: float) -> str:
     return f"{value:.6f}" if math.isfinite(value) else ""
-
-
-def _csv(columns: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(rows)
-    return text.getvalue()

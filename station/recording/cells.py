@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from shared.csv_text import plain
 from shared.errors import UserError
 from shared.geometry import Array
 from station.recording.parquet import MOST_BYTES, MOST_CELLS, MOST_ROWS, read_parquet
@@ -58,7 +59,7 @@ def _of_csv(path: Path, what: str) -> Cells:
             separator = _separator(next(filter(str.strip, file), ""))
             file.seek(0)
             lines = filter(None, csv.reader(file, delimiter=separator))
-            header = [name.strip() for name in next(lines, [])]
+            header = [plain(name.strip()) for name in next(lines, [])]
             _require_once(header, path)
             columns = _columns(_whole(lines, len(header), separator, path), len(header))
     except (UnicodeDecodeError, csv.Error) as error:
@@ -108,7 +109,7 @@ def _columns(rows: Iterable[list[str]], count: int) -> list[list[str]]:
     columns: list[list[str]] = [[] for _ in range(count)]
     for row in rows:
         for column, cell in zip(columns, row, strict=True):
-            column.append(cell)
+            column.append(plain(cell))
     return columns
 
 

@@ -1,21 +1,22 @@
 """Sample tables: one row a run, the columns of `Sample`, as CSV or Parquet, and back.
 
 Vectors are lists in Parquet and numbered columns in CSV (`euler_rad_0` to `euler_rad_2`); the flags are a list in
-Parquet and one text in CSV, separated by `|`. Numbers are written so that reading gives the same ones.
+Parquet and one text in CSV, separated by `|`. Numbers and texts are written so that reading gives the same ones.
 A table of another rig may have fewer columns (they keep their defaults) and others (they are left alone), but it must
 have `onset_angle_rad`.
 """
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import fields
+from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, cast, get_type_hints
 
+from shared.csv_text import csv_lines
 from shared.errors import UserError
 from shared.messages import Floats, Sample, Strings
 from station.recording.cells import Cells, cells_of, short
@@ -164,12 +165,16 @@ def _write_csv(samples: Sequence[Sample], path: Path, more: Mapping[str, Sequenc
         for name, hint in _HINTS.items()
         if hint == Floats
     }
+    header = [*(column for name in _HINTS for column in _columns(name, widths)), *more]
+    rows = (
+        [
+            *(cell for name in _HINTS for cell in _cells(name, getattr(sample, name), widths)),
+            *("" if math.isnan(values[row]) else values[row] for values in more.values()),
+        ]
+        for row, sample in enumerate(samples)
+    )
     with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([*(column for name in _HINTS for column in _columns(name, widths)), *more])
-        for row, sample in enumerate(samples):
-            cells = [cell for name in _HINTS for cell in _cells(name, getattr(sample, name), widths)]
-            writer.writerow([*cells, *("" if math.isnan(values[row]) else values[row] for values in more.values())])
+        file.writelines(csv_lines(chain([header], rows)))
 
 
 def _columns(name: str, widths: dict[str, int]) -> list[str]:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Sequence
 from typing import Any
 
+from shared.csv_text import csv_lines
 from station.export.exported import ExportedFile, NamedPair
 from station.export.materials import RULES, each_material
 from station.export.measured import MeasuredPair
@@ -19,11 +18,8 @@ HELP = "plain CSV: one row a pair, with the coefficient of each material by the 
 def export(pairs: Sequence[NamedPair]) -> tuple[ExportedFile, ...]:
     """Returns one table for all pairs."""
     rows = [_row(each.pair) for each in pairs]
-    text = io.StringIO(newline="")
-    writer = csv.DictWriter(text, rows[0], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return (ExportedFile("friction_pairs.csv", text.getvalue()),)
+    text = "".join(csv_lines([tuple(rows[0]), *(tuple(row.values()) for row in rows)]))
+    return (ExportedFile("friction_pairs.csv", text),)
 
 
 def _row(pair: MeasuredPair) -> dict[str, Any]:

