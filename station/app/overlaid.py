@@ -11,6 +11,7 @@ from station.app.simulating import simulator_of
 from station.diagnosis.report.html import p_equals
 from station.diagnosis.report.sentences import next_lines, sentence
 from station.diagnosis.result import Diagnosis
+from station.pages.markdown import inline
 from station.physics.catalogue import Catalogue
 from station.physics.model import Model, model_of_table
 from station.recording.arrays import load_signals
@@ -93,9 +94,9 @@ def _stretches(diagnosis: Diagnosis) -> tuple[Stretch, ...]:
 
 
 def _words(diagnosis: Diagnosis, simulate: str, *, both: bool) -> str:
-    lines = [f"## {sentence(diagnosis)}", "", f"Global {p_equals(diagnosis.global_p)}", ""]
-    lines += [f"- {place.summary} ({p_equals(place.p)})" for place in diagnosis.located]
+    lines = [f"## {inline(sentence(diagnosis))}", "", f"Global {p_equals(diagnosis.global_p)}", ""]
+    lines += [f"- {inline(place.summary)} ({p_equals(place.p)})" for place in diagnosis.located]
     if diagnosis.next_experiment is not None:
-        lines += ["", *next_lines(diagnosis)]
-    ghosts = f"grey wires: simulated before ({simulate})" + ("; green wires: simulated after" if both else "")
+        lines += ["", *map(inline, next_lines(diagnosis))]
+    ghosts = f"grey wires: simulated before ({inline(simulate)})" + ("; green wires: simulated after" if both else "")
     return "\n".join([*lines, "", f"Solid block: recorded; {ghosts}; pink: where they differ."])

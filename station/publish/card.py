@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from urllib.parse import quote
 
-from shared.visible import visible
+from station.pages.markdown import inline, row
 from station.publish.citation import Author, quoted
 from station.publish.licence import Licence
 from station.publish.source import Source
@@ -59,8 +60,8 @@ class Card:
         made = " and ".join(sorted({"simulated" if source.simulated else "measured" for source in self.sources}))
         files = "1 recording" if len(self.sources) == 1 else f"{len(self.sources)} recordings"
         return (
-            f"# {visible(self.title)}\n\n"
-            f"By {', '.join(visible(one.name) for one in self.authors)}. "
+            f"# {inline(self.title)}\n\n"
+            f"By {', '.join(inline(one.name) for one in self.authors)}. "
             f"Licence: [{self.licence.id}]({self.licence.url}).\n\n"
             f"Static friction, {made} with Repose: a plate is tilted until a block slides. {files}, {samples} samples, "
             f"{kept} of them kept (they slid, and nothing disturbed them).\n\n"
@@ -77,8 +78,8 @@ class Card:
     def _found(self) -> str:
         parts = ["## What was found"]
         for name, sentences in self.pairs.items():
-            parts.append("\n".join([f"### {visible(name)}", "", *(f"- {visible(text)}" for text in sentences)]))
-        parts += [f"![{path}]({path})" for path in self.figures]
+            parts.append("\n".join([f"### {inline(name)}", "", *(f"- {inline(text)}" for text in sentences)]))
+        parts += [f"![{inline(path)}]({quote(path)})" for path in self.figures]
         return "\n\n".join(parts)
 
     def _provenance(self) -> str:
@@ -114,4 +115,4 @@ def _row(source: Source) -> str:
     seed = "" if source.seed is None else str(source.seed)
     version = source.versions.get("repose", "")
     cells = (source.name, source.started[:19], source.rig, source.mode, seed, f"{source.kept} of {len(source.samples)}")
-    return "| " + " | ".join(visible(text).replace("|", "\\|") for text in (*cells, version, source.digest[:16])) + " |"
+    return row((*cells, version, source.digest[:16]))

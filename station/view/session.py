@@ -10,6 +10,7 @@ import rerun as rr
 
 from shared.foxglove import LEVELS, Log
 from shared.messages import REPLACED, ArmReply, Heartbeat, MotionReport, RunEvent, Sample
+from station.pages.markdown import row
 from station.recording.summary import degrees, sd_degrees
 from station.view import colours, entities
 from station.view.canvas import Canvas, named
@@ -163,7 +164,7 @@ def _row(sample: Sample) -> str:
     onset = f"{degrees(sample.onset_angle_rad)}{error}°"
     if sample.censored:
         onset = f"none up to {degrees(sample.onset_angle_rad)}°"
-    return f"| {sample.run} | {_direction(sample.direction)} | {onset} | {', '.join(sample.flags)} |"
+    return row((str(sample.run), _direction(sample.direction), onset, ", ".join(sample.flags)))
 
 
 def _direction(number: int) -> str:
