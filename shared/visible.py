@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any, cast
+
 LONGEST = 1600
 """Letters of a sentence: twenty lines of a terminal."""
 _GAP = " … "
@@ -19,6 +21,17 @@ def visible(text: str) -> str:
     A recording, a table or a message may hold sequences that clear a terminal, or make it show what was never said.
     """
     return text.translate(_SHOWN)
+
+
+def visible_in(value: Any) -> Any:
+    """Returns a value that was read from JSON, with all its texts visible."""
+    if isinstance(value, str):
+        return visible(value)
+    if isinstance(value, list):
+        return [visible_in(one) for one in cast(list[Any], value)]
+    if isinstance(value, dict):
+        return {visible(key): visible_in(one) for key, one in cast(dict[str, Any], value).items()}
+    return value
 
 
 def shortened(text: str) -> str:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import IO
 
 from shared.errors import UserError
+from shared.visible import visible
 
 PATIENCE_S = 60.0
 
@@ -72,7 +73,7 @@ class Remote:
             self._password = (getpass.getpass(f"sudo password on {self.target}: ") + "\n").encode()
 
     def run(self, *words: str, given: bytes = b"", check: bool = True, root: bool = False) -> str:
-        """Runs a command on the target and gives what it printed.
+        """Runs a command on the target and gives what it printed, visible: this computer's terminal obeys none of it.
 
         Raises:
             UserError: if it fails and `check` is set.
@@ -83,7 +84,7 @@ class Remote:
         if check and done.returncode != 0:
             said = (done.stderr.decode(errors="replace").strip().splitlines() or [f"status {done.returncode}"])[-1]
             raise UserError(f"On {self.target}, `{shlex.join(words)[:120]}` failed: {said}")
-        return done.stdout.decode(errors="replace")
+        return visible(done.stdout.decode(errors="replace"))
 
     @contextlib.contextmanager
     def feed(self, *words: str) -> Generator[IO[bytes]]:

@@ -16,6 +16,7 @@ from typing import Any
 from shared.errors import UserError
 from shared.notes import note_line
 from shared.rig import RigConfig
+from shared.visible import visible_in
 from station.app.deploy import bundle, facts, locks, systems, verify, wheels
 from station.app.deploy.facts import Facts
 from station.app.deploy.remote import Remote
@@ -221,7 +222,7 @@ class Deployment:
             raise UserError(
                 f"Expected an answer from the target, got: {said.strip()[-300:] or 'nothing (is sudo allowed?)'}"
             )
-        answer: dict[str, Any] = json.loads(lines[-1])
+        answer: dict[str, Any] = visible_in(json.loads(lines[-1]))
         if "refused" in answer:
             raise UserError(str(answer["refused"]))
         return answer

@@ -13,6 +13,7 @@ from shared.bus import Bus, Received
 from shared.clock import Clock, SystemClock
 from shared.messages import AgentStatus, ClockPing, ClockPong, MarkerCorners, Message
 from shared.rig import RigConfig
+from shared.visible import visible
 from shared.zenoh_bus import ZenohBus
 from station.app.clocks import RoundTrip, best_of
 
@@ -133,6 +134,6 @@ def _arrival(heard: _Listener) -> Arrival:
         offset_ms=offset_ns * 1e-6 if best else float("nan"),
         sigma_ms=sigma_ns * 1e-6 if best else float("nan"),
         dropped=status.dropped,
-        version=status.version,
-        fault=status.fault if heard.status else "nothing: no status came",
+        version=visible(status.version),
+        fault=visible(status.fault) if heard.status else "nothing: no status came",
     )

@@ -22,6 +22,8 @@ SECONDS, GAP_S = 0.1, 0.4
 class BusyCamera:
     """A bus on which one frame comes, then none for GAP_S, which is longer than the listening, then `more` frames."""
 
+    status = AgentStatus(boot_id=BOOT, version="9")
+
     def __init__(self, more: int) -> None:
         self.more, self.handlers = more, dict[str, Callable[[Received], None]]()
         self.began_s: float | None = None
@@ -37,7 +39,7 @@ class BusyCamera:
 
     def request(self, _: str, ping: Any, on_reply: Callable[[Message], None], **__: Any) -> None:
         on_reply(ClockPong(station_ns=ping.station_ns, agent_ns=SystemClock().now_ns()))
-        self._tell("camera/status", AgentStatus(boot_id=BOOT, version="9"))
+        self._tell("camera/status", self.status)
 
     def poll(self, timeout_s: float) -> None:
         time.sleep(0.5 * timeout_s)
@@ -71,3 +73,8 @@ def test_a_camera_that_is_slow_at_first_has_a_rate(monkeypatch: pytest.MonkeyPat
 
 def test_it_gives_up_on_a_camera_that_never_has_one(monkeypatch: pytest.MonkeyPatch) -> None:
     assert heard(monkeypatch, more=0).corners == 1
+
+
+def test_the_agents_words_are_visible(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(BusyCamera, "status", AgentStatus(boot_id=BOOT, version="9\x1b[2J", fault="no light\x07"))
+    assert str(heard(monkeypatch, more=0)).endswith("agent 9␛[2J; the agent says: no light␇")
