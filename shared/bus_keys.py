@@ -12,10 +12,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from shared import own_files
 from shared.bus_rights import ROLES, access_control
 from shared.config import load_table
 from shared.errors import UserError
-from shared.system.files import open_to_others, writable_by_others
 
 VARIABLE = "REPOSE_KEYS"
 FILES = ("ca", "cert", "key")
@@ -35,8 +35,7 @@ def tls_settings(
     if folder is None:
         return {}
     files = {name: _readable(folder / f"{name}.pem") for name in FILES}
-    if open_to_others(files["key"]):
-        raise UserError(f"Expected a private key that its owner alone can read, got {files['key']}: chmod 600 it")
+    own_files.require_secret(files["key"], what="a private key")
     require_own(given_keys(environment), folder, *files.values())
     own = {
         f"{end}_{kind}": str(files[name])
@@ -75,9 +74,7 @@ def require_own(*paths: Path) -> None:
     Raises:
         UserError: if others than its owner may write to one of them.
     """
-    for path in paths:
-        if writable_by_others(path):
-            raise UserError(f"Expected keys that their owner alone can write to, got {path}: chmod go-w it")
+    own_files.require_own(*paths, what="keys")
 
 
 def _readable(file: Path) -> Path:

@@ -20,6 +20,7 @@ from http.cookies import CookieError, SimpleCookie
 from pathlib import Path
 
 from shared.errors import UserError
+from shared.own_files import require_own, require_secret
 
 HEADER = "X-Repose-Token"
 _HOSTS = frozenset({"127.0.0.1", "localhost", "[::1]"})
@@ -66,15 +67,20 @@ def token_of(file: Path | None) -> str:
     """Returns a new token, or the one of a file, which is made where there is none; only its owner can read it.
 
     Raises:
-        UserError: if the file cannot be used.
+        UserError: if the file cannot be used, or others than its owner may read it, write to it or put another one in
+            its place.
     """
     if file is None:
         return secrets.token_urlsafe(32)
     try:
+        require_own(file.parent, what="keys of a page")
         if not file.exists():
             with os.fdopen(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as made:
                 made.write(secrets.token_urlsafe(32) + "\n")
-        token = file.read_text(encoding="utf-8").strip()
+        kept = file.resolve()  # a link leads to a file in another folder
+        require_own(kept.parent, what="keys of a page")
+        require_secret(kept, what="the key of a page")
+        token = kept.read_text(encoding="utf-8").strip()
     except (OSError, UnicodeDecodeError) as error:
         raise UserError(f"Expected to keep the token in {file}, but that failed: {error}") from error
     if len(token) < _LEAST_LETTERS or not token.isascii() or not token.replace("-", "").replace("_", "").isalnum():

@@ -8,7 +8,7 @@ from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 
 from shared.errors import UserError
-from shared.system.files import open_to_others
+from shared.own_files import require_secret
 
 
 def private_key(path: Path) -> ec.EllipticCurvePrivateKey:
@@ -18,8 +18,7 @@ def private_key(path: Path) -> ec.EllipticCurvePrivateKey:
         UserError: if it cannot be read, others than its owner may read it, or it is of another kind.
     """
     try:
-        if open_to_others(path):
-            raise UserError(f"Expected a private key that its owner alone can read, got {path}: chmod 600 it")
+        require_secret(path, what="a private key")
         key = serialization.load_pem_private_key(path.read_bytes(), password=None)
     except OSError as error:
         raise UserError(f"Expected a private key at {path}, but it cannot be read: {error.strerror}") from error

@@ -5,6 +5,7 @@ from __future__ import annotations
 import http.client
 import json
 import math
+import os
 import threading
 import time
 from collections.abc import Generator, Mapping
@@ -161,6 +162,38 @@ def test_a_token_file_is_made_for_its_owner_alone_and_kept(tmp_path: Path) -> No
     file.write_text("short", encoding="utf-8")
     with pytest.raises(UserError, match="delete the file"):
         token_of(file)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows keeps rights by other means")
+@pytest.mark.parametrize(
+    ("folder_mode", "mode", "said"),
+    [
+        (0o700, 0o644, "key of a page that its owner alone can read, got .*kept/key: chmod 600 it"),
+        (0o777, 0o600, "owner alone can write to, got .*kept: chmod go-w it"),
+    ],
+)
+@pytest.mark.parametrize("linked", [False, True], ids=["file", "link"])
+def test_a_token_that_others_know_or_choose_is_refused(
+    tmp_path: Path, folder_mode: int, mode: int, said: str, *, linked: bool
+) -> None:
+    """Any user of the machine could read the key, or put one there that they know, and press the buttons."""
+    file = tmp_path / "kept" / "key"
+    file.parent.mkdir(mode=0o700)
+    token_of(file)
+    file.chmod(mode)
+    file.parent.chmod(folder_mode)
+    link = tmp_path / "link"
+    link.symlink_to(file)
+    with pytest.raises(UserError, match=said):
+        token_of(link if linked else file)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows keeps rights by other means")
+def test_no_token_is_made_where_others_may_write(tmp_path: Path) -> None:
+    tmp_path.chmod(0o777)
+    with pytest.raises(UserError, match="chmod go-w it"):
+        token_of(tmp_path / "key")
+    assert not (tmp_path / "key").exists()
 
 
 def test_the_cookies_of_two_servers_do_not_meet() -> None:
