@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ipaddress
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -18,6 +19,8 @@ from shared.notify import NAME as NOTIFY
 from shared.notify import NotifyConfig, without_notify
 from shared.possible import LARGEST, LEAST, require_measurable
 
+_ID = re.compile(r"[\w-]+")
+"""A rig's id names its keys on the bus, its file of a kept stop and its datasets. Recordings may have any other."""
 PROCESSES = ("camera", "arm", "twin", "station")
 
 
@@ -187,10 +190,6 @@ class RigConfig:
     text: str = ""
     """The file itself, word for word but without `[notify]`, which every recording carries."""
 
-    def __post_init__(self) -> None:
-        if not self.id or set(self.id) & set("/*$#? "):
-            raise ValueError(f"expected an id of letters, digits, '-' and '_', got '{self.id}'")
-
 
 def _slips(rig: RigConfig) -> Iterator[str]:
     """Yields sentences on what was probably meant in another unit."""
@@ -228,6 +227,8 @@ def load_rig(path: Path) -> RigConfig:
     _require_three_sides(table.child("block"))
     notify = parse(NotifyConfig, table.child(NOTIFY))
     rig = replace(rig_of_table(table), notify=notify, text=without_notify(table))
+    if not _ID.fullmatch(rig.id):
+        raise table.error("id", "letters, digits, '-' and '_'", repr(rig.id))
     for sentence in (*_slips(rig), *unlikely_lengths(table.values)):
         raise UserError(f"{path}: {sentence}")
     if not rig.bus.insecure and (reached := rig.bus.open_to_network()):

@@ -29,6 +29,25 @@ def test_two_processes_on_one_port_are_named(tmp_path: Path):
         load_rig(file)
 
 
+@pytest.mark.parametrize(
+    "name", ["", "a b", "a/b", "<b>x</b>", 'a\\"b', "a'b", "\\u001b[2J", "a\\nb", "=1", "a|b", "a.b"]
+)
+def test_a_rig_has_an_id_of_letters_and_digits(tmp_path: Path, name: str):
+    """The sentence said so, and quotes, control characters and markup were taken all the same."""
+    file = tmp_path / "rig.toml"
+    file.write_text(rig_text(**{'id = "simulated"': f'id = "{name}"'}), encoding="utf-8")
+    with pytest.raises(UserError, match=r"line 3: expected letters, digits, '-' and '_' for 'id', got ") as told:
+        load_rig(file)
+    assert str(told.value).isprintable()
+
+
+@pytest.mark.parametrize("name", ["lab1", "the-lab_2", "Prüfstand"])
+def test_a_rig_is_called_by_letters_and_digits(tmp_path: Path, name: str):
+    file = tmp_path / "rig.toml"
+    file.write_text(rig_text(**{'id = "simulated"': f'id = "{name}"'}), encoding="utf-8")
+    assert load_rig(file).id == name
+
+
 def test_an_empty_endpoint_is_no_endpoint(tmp_path: Path):
     file = tmp_path / "rig.toml"
     text = rig_text(**{'"tcp/127.0.0.1:7449"': '""', '"tcp/127.0.0.1:7450"': '""'})

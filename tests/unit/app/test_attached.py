@@ -106,6 +106,23 @@ def test_ones_own_rig_file_loads_its_effects(trapped: Path) -> None:
     assert (trapped.parent / "sprung").exists()
 
 
+@pytest.mark.parametrize("command", ["check", "doctor", "samples"])
+def test_a_recording_of_a_rig_with_any_id_is_read(
+    tmp_path: Path, command: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Rig files of the user's own have plain ids; a recording is data, and may be older than that."""
+    own = attached_table(open_recording(GOLDEN), "rig.toml")
+    assert own is not None
+    name = '<b>the "lab"</b>/1'
+    text = "\n".join(f"id = '{name}'" if line.startswith("id =") else line for line in own.text.splitlines())
+    path = forged(tmp_path / "older.mcap", rig=text.encode())
+    rig = attached_rig(open_recording(path))
+    assert rig is not None
+    assert rig.id == name
+    assert main([command, str(path)]) == main([command, str(GOLDEN)])
+    assert "Traceback" not in capsys.readouterr().err
+
+
 def naming(path: Path, table: str, key: str, file: str) -> Path:
     """The golden session whose rig file names `file`, a TOML's path, under a key of `table`."""
     rig = attached_table(open_recording(GOLDEN), "rig.toml")
