@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import io
 import os
@@ -32,6 +33,12 @@ if sys.platform == "win32":
         _at_locked_byte(file, msvcrt.LK_UNLCK)
         return False
 
+    def remove_locked(file: io.FileIO, path: Path) -> None:
+        """Closes a file that is locked here and takes it away, unless somebody has opened it meanwhile."""
+        file.close()  # an open file cannot be taken away
+        with contextlib.suppress(OSError):
+            path.unlink()
+
     def _at_locked_byte(file: io.FileIO, mode: int) -> None:
         before = file.tell()
         file.seek(_LOCKED_BYTE)
@@ -58,6 +65,12 @@ else:
         except BlockingIOError:
             return True
         return False
+
+    def remove_locked(file: io.FileIO, path: Path) -> None:
+        """Takes a file away that is locked here, and closes it."""
+        with contextlib.suppress(OSError):
+            path.unlink()  # before it is closed: whoever locks it next would lose the file
+        file.close()
 
 
 if sys.platform == "linux":

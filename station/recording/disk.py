@@ -41,26 +41,31 @@ class ReservedFile:
     """
 
     def __init__(self, path: Path, *, reserve_bytes: int = RESERVE_BYTES) -> None:
-        """Creates the file, and its folder if only that is missing.
+        """Creates the file, and its folder if only that is missing. What it held is gone once nothing can fail.
 
         Raises:
-            UserError: if the folder cannot be written to or has no room for the reserve.
+            UserError: if somebody writes the file, or the folder cannot be written to or has no room for the reserve.
         """
         self.full = False
         self._position = 0
-        self._reserve = reserve_path(path)
+        self._path, self._reserve = path, reserve_path(path)
         try:
             path.parent.mkdir(exist_ok=True)
-            self._file = path.open("wb", buffering=0)
+            self._file = path.open("ab", buffering=0)
         except OSError as error:
             raise _unwritable(path, reserve_bytes, error) from error
         try:
             # The lock tells a repair that somebody is still writing; it ends with the process, however that ends.
             lock(self._file)
-            self._keep_back(reserve_bytes)
         except OSError as error:
-            self.close()
-            path.unlink(missing_ok=True)
+            self._file.close()  # it is another's, and so is its reserve
+            raise _unwritable(path, reserve_bytes, error) from error
+        try:
+            self._keep_back(reserve_bytes)
+            self._file.truncate(0)
+        except OSError as error:
+            held = os.fstat(self._file.fileno()).st_size > 0
+            self.close() if held else self.discard()
             raise _unwritable(path, reserve_bytes, error) from error
 
     def _keep_back(self, size: int) -> None:
@@ -109,6 +114,11 @@ class ReservedFile:
         """Closes the file and gives the reserve back."""
         self._file.close()
         self._drop_reserve()
+
+    def discard(self) -> None:
+        """Closes the file and takes it away."""
+        self.close()
+        self._path.unlink(missing_ok=True)
 
 
 def _unwritable(path: Path, reserve_bytes: int, error: OSError) -> UserError:

@@ -10,6 +10,7 @@ from pathlib import Path
 from mcap.records import Attachment, Channel
 
 from shared.errors import UserError
+from station.recording.claim import Claim
 from station.recording.counts import METADATA as COUNTS
 from station.recording.disk import ReservedFile, being_written, reserve_path
 from station.recording.malformed import counted
@@ -62,13 +63,14 @@ def repair(path: Path, *, out: Path | None = None) -> Repaired:
         raise UserError(f"Expected a recording to repair, but there is no file {path}")
     if being_written(path):
         raise UserError(f"Expected a recording that nobody writes any more, but a session is still writing {path}")
-    if target.exists():
-        raise UserError(f"Expected to save the recording as {target}, but that exists; choose a name with --out")
-    salvage = Salvage(path)
-    _rewrite(salvage, target, keep=lambda _: True, note=path.name)
-    if path.suffix == PARTIAL and out is None:
-        path.unlink()
-        reserve_path(path).unlink(missing_ok=True)
+    with Claim(target):
+        if target.exists():
+            raise UserError(f"Expected to save the recording as {target}, but that exists; choose a name with --out")
+        salvage = Salvage(path)
+        _rewrite(salvage, target, keep=lambda _: True, note=path.name)
+        if path.suffix == PARTIAL and out is None:
+            path.unlink()
+            reserve_path(path).unlink(missing_ok=True)
     return Repaired(path, target, salvage.findings)
 
 
@@ -87,7 +89,8 @@ def repair_folder(folder: Path) -> tuple[Repaired, ...]:
 
 def copy_without(source: Path, target: Path, *, drop: Callable[[str], bool]) -> None:
     """Copies a recording without the topics (named as on the bus) for which `drop` is true."""
-    _rewrite(Salvage(source), target, keep=lambda channel: not drop(channel.topic.removeprefix("/")), note="")
+    with Claim(target):
+        _rewrite(Salvage(source), target, keep=lambda channel: not drop(channel.topic.removeprefix("/")), note="")
 
 
 def _rewrite(salvage: Salvage, target: Path, *, keep: Callable[[Channel], bool], note: str) -> None:

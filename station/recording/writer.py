@@ -8,7 +8,6 @@ Compression is lz4: packing a message costs 1.8 µs with it and 3.1 µs with zst
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,11 +18,13 @@ from shared import topics, wire
 from shared.bus import Received
 from shared.errors import UserError
 from shared.messages import ClockOffset, Message
+from station.recording.claim import Claim
 from station.recording.counts import METADATA as COUNTS
 from station.recording.counts import counts_record
 from station.recording.disk import RESERVE_BYTES, ReservedFile, free_bytes
 from station.recording.for_viewers import for_viewers
 from station.recording.mcap_file import McapFile
+from station.recording.names import Names
 from station.recording.parts import BEFORE, CONTINUED, METADATA, NUMBER, later_files, part_path
 from station.recording.provenance import Attachment, Provenance, sealed
 from station.recording.viewers.extra import Extra
@@ -75,10 +76,11 @@ class Recording:
         """Opens the file and writes where it comes from. A part that has `split_bytes` is the last but one; 0: never.
 
         Raises:
-            UserError: if a recording of this name exists (and `overwrite` is false), the folder cannot be written, or
-                the disk has less room than `min_free_bytes`, at which the recording would stop at once.
+            UserError: if a recording of this name exists (and `overwrite` is false), or somebody is writing one, the
+                folder cannot be written, or the disk has less room than `min_free_bytes`, at which the recording would
+                stop at once.
         """
-        refuse_existing(path, overwrite=overwrite)
+        _require_mcap(path)
         _refuse_full(path, min_free_bytes=min_free_bytes)
         self.path = path
         self.stopped = ""
@@ -93,13 +95,19 @@ class Recording:
         self._unflushed_since_ns = 0
         self._closed = False
         self._number, self._messages_before = 1, 0
-        for later in later_files(path):
-            later.unlink()
-        self._begin(path, ReservedFile(partial_path(path), reserve_bytes=RESERVE_BYTES))
+        self._claim = Claim(path)
+        try:
+            refuse_existing(path, overwrite=overwrite)
+            self._names = Names(path)
+            self._begin(path, ReservedFile(partial_path(path), reserve_bytes=RESERVE_BYTES))
+        except BaseException:
+            self._claim.release()
+            raise
 
     def _begin(self, path: Path, file: ReservedFile) -> None:
         """Begins a file: each has all that it takes to be read alone."""
         self._file, self._part_path = file, path
+        self._names.begun(partial_path(path))
         self._channels: dict[str, _Channel] = {}
         self._schemas: dict[str, int] = {}
         self._writer = McapFile(file, library=f"repose {self._provenance.versions.get('repose', '')}")
@@ -142,7 +150,7 @@ class Recording:
         self._sequences |= {name: channel.sequence for name, channel in self._channels.items()}
         self._number, self._messages_before = self._number + 1, self._messages_before + ended.messages
         self._begin(path, file)
-        _finish(ended, ended_file, ended_path)
+        self._finish(ended, ended_file, ended_path)
 
     def _add_counts(self) -> None:
         """Writes how many messages this file holds, last of all: what a copy of it loses is told by that."""
@@ -286,6 +294,7 @@ class Recording:
     def _give_up(self, error: OSError) -> None:
         self._closed = True
         self._file.close()
+        self._claim.release()
         partial = partial_path(self._part_path)
         self._report(
             f"The recording broke off ({error.strerror}): what was written is in {partial}; "
@@ -301,6 +310,7 @@ class Recording:
         """Writes nothing more here: another process, born from this one, goes on with the recording."""
         self._closed = True
         self._file.let_go()
+        self._claim.let_go()
 
     def close(self) -> Path:
         """Finishes the file and gives it its name; closing twice is harmless."""
@@ -308,24 +318,23 @@ class Recording:
             self._closed = True
             try:
                 self._add_counts()
-                _finish(self._writer, self._file, self._part_path)
+                self._finish(self._writer, self._file, self._part_path)
+                self._claim.release()
             except OSError as error:
                 self._give_up(error)
         return self.path
 
-
-def _finish(writer: McapFile, file: ReservedFile, path: Path) -> None:
-    """Ends a file and gives it its name."""
-    writer.finish()
-    file.sync()
-    file.close()
-    os.replace(partial_path(path), path)
+    def _finish(self, writer: McapFile, file: ReservedFile, path: Path) -> None:
+        """Ends a file and gives it its name."""
+        writer.finish()
+        file.sync()
+        file.close()
+        self._names.give(partial_path(path), path)
 
 
 def refuse_existing(path: Path, *, overwrite: bool = False) -> None:
     """Raises UserError if no new recording can have that name."""
-    if path.suffix != ".mcap":
-        raise UserError(f"Expected a recording's name to end in .mcap, got '{path.name}'; call it {path.name}.mcap")
+    _require_mcap(path)
     if overwrite:
         return
     finished = [later for later in later_files(path) if later.suffix != PARTIAL]
@@ -340,6 +349,11 @@ def refuse_existing(path: Path, *, overwrite: bool = False) -> None:
                 f"Expected a new name for the recording, but {left} was left by a session that broke off; "
                 f"run: station repair {left}"
             )
+
+
+def _require_mcap(path: Path) -> None:
+    if path.suffix != ".mcap":
+        raise UserError(f"Expected a recording's name to end in .mcap, got '{path.name}'; call it {path.name}.mcap")
 
 
 def _refuse_full(path: Path, *, min_free_bytes: int) -> None:

@@ -47,6 +47,16 @@ def test_a_second_writer_is_refused(tmp_path: Path) -> None:
             files.lock(second)
 
 
+def test_a_locked_file_is_taken_away_and_its_name_is_free(tmp_path: Path) -> None:
+    path = tmp_path / "claim"
+    file = opened(path, "a")
+    files.lock(file)
+    files.remove_locked(file, path)
+    assert file.closed
+    with opened(path, "x") as another:
+        files.lock(another)
+
+
 def test_occupied_room_is_on_the_disk(tmp_path: Path) -> None:
     path = tmp_path / "reserve"
     with opened(path, "w") as file:
