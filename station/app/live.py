@@ -67,7 +67,7 @@ class LiveSession:
     ) -> None:
         """`watch` tells somebody of what the session needs."""
         self._bus, self._clock, self._stop, self._watch = bus, clock, stop, watch
-        self._rig, self._doubt = rig, ""
+        self._rig, self._doubt, self._unrecorded = rig, "", ""
         self._recorder = Recorder(bus, recording, clock=clock, on_stopped=self._on_stopped)
         machine = assembly.sampling_machine(rig, plan)
         self._session = Session(
@@ -94,7 +94,10 @@ class LiveSession:
         return self._session.machine.samples
 
     def run(self, *, on_tick: Callable[[], None] = lambda: None) -> str:
-        """Runs to the end; gives an empty text or why the session had to stop. The recording is closed either way."""
+        """Runs to the end; gives an empty text or why the session had to stop, or is not recorded to its end.
+
+        The recording is closed either way.
+        """
         with ExitStack() as stack:
             stack.callback(self._recorder.close)
             while not self._session.finished:
@@ -107,7 +110,8 @@ class LiveSession:
             self._await_level()
             self._session.armed = False
             self._listen_on()
-        return self._session.fault or self._stop.reason
+        reasons = (self._session.fault or self._stop.reason, self._unrecorded)
+        return "; ".join(dict.fromkeys(reason for reason in reasons if reason))
 
     def _turn(self) -> None:
         self._bus.poll(0.004)
@@ -120,7 +124,8 @@ class LiveSession:
             self._watch.tick(now_ns)
 
     def _on_stopped(self, reason: str) -> None:
-        """Stops the session, as the recording had to stop; called on the recorder's thread."""
+        """Stops the session, as the recording had to stop; called on the recorder's thread, or as that is closed."""
+        self._unrecorded = reason
         self._stop.ask(reason)
         if self._watch is not None:
             self._watch.stopped_recording(reason)

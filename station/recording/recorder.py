@@ -215,7 +215,10 @@ class Recorder:
         )
 
     def close(self) -> Counts:
-        """Records what still waits, finishes the file, and says what was recorded. Call it before the bus is closed."""
+        """Records what still waits, finishes the file, and says what was recorded. Call it before the bus is closed.
+
+        `on_stopped` is told, on this thread, if the file could not be finished.
+        """
         self._closing = True
         if self._thread.is_alive():
             self._queue.put(None)
@@ -224,4 +227,6 @@ class Recorder:
             if not self._recording.stopped:
                 self._recording.add_metadata("recorder", self.counts.metadata())
         self._recording.close()
+        if self._recording.stopped:
+            self._tell(self._recording.stopped)
         return self.counts

@@ -26,7 +26,7 @@ from station.recording.for_viewers import for_viewers
 from station.recording.mcap_file import McapFile
 from station.recording.names import Names
 from station.recording.parts import BEFORE, CONTINUED, METADATA, NUMBER, later_files, part_path
-from station.recording.provenance import Attachment, Provenance, sealed
+from station.recording.provenance import Provenance, sealed
 from station.recording.viewers.extra import Extra
 
 FLUSH_EVERY_S = 0.25
@@ -118,17 +118,24 @@ class Recording:
         """Returns itself."""
         return self
 
-    def __exit__(self, *_: object) -> None:
-        """Closes the recording."""
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """Closes the recording.
+
+        Raises:
+            UserError: if it had to stop, or could not be finished, and nothing else went wrong.
+        """
         self.close()
+        require_recorded(self.stopped if kind is None else "")
 
     def _describe(self, provenance: Provenance) -> None:
-        self.add_metadata("session", provenance.session())
-        self.add_metadata("versions", provenance.versions)
+        self._add_metadata("session", provenance.session())
+        self._add_metadata("versions", provenance.versions)
         for file in provenance.files():
-            self.attach(file, stamp_ns=provenance.started_ns)
+            self._writer.add_attachment(
+                file.name, file.data, media_type=file.media_type, stamp_ns=provenance.started_ns
+            )
         if self._number > 1:
-            self.add_metadata(METADATA, self._part())
+            self._add_metadata(METADATA, self._part())
 
     def _part(self) -> dict[str, str]:
         return {NUMBER: str(self._number), BEFORE: str(self._messages_before)}
@@ -144,7 +151,7 @@ class Recording:
             file = ReservedFile(partial_path(path), reserve_bytes=RESERVE_BYTES)
         except UserError:
             return
-        self.add_metadata(METADATA, self._part() | {CONTINUED: path.name})
+        self._add_metadata(METADATA, self._part() | {CONTINUED: path.name})
         self._add_counts()
         ended, ended_file, ended_path = self._writer, self._file, self._part_path
         self._sequences |= {name: channel.sequence for name, channel in self._channels.items()}
@@ -155,14 +162,18 @@ class Recording:
     def _add_counts(self) -> None:
         """Writes how many messages this file holds, last of all: what a copy of it loses is told by that."""
         counts = {name: channel.sequence - self._sequences.get(name, 0) for name, channel in self._channels.items()}
-        self.add_metadata(COUNTS, counts_record(counts))
-
-    def attach(self, file: Attachment, *, stamp_ns: int) -> None:
-        """Puts a file into the recording."""
-        self._writer.add_attachment(file.name, file.data, media_type=file.media_type, stamp_ns=stamp_ns)
+        self._add_metadata(COUNTS, counts_record(counts))
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Adds a record of names and values with a checksum; several of one name are kept, and the last one counts."""
+        if self._closed:
+            return
+        try:
+            self._add_metadata(name, values)
+        except OSError as error:
+            self._give_up(error)
+
+    def _add_metadata(self, name: str, values: Mapping[str, str]) -> None:
         self._writer.add_metadata(name, sealed(values))
 
     def offset_ns(self, agent: str) -> int:
@@ -313,7 +324,7 @@ class Recording:
         self._claim.let_go()
 
     def close(self) -> Path:
-        """Finishes the file and gives it its name; closing twice is harmless."""
+        """Finishes the file and gives it its name; closing twice is harmless. `stopped` says if that failed."""
         if not self._closed:
             self._closed = True
             try:
@@ -330,6 +341,12 @@ class Recording:
         file.sync()
         file.close()
         self._names.give(partial_path(path), path)
+
+
+def require_recorded(stopped: str) -> None:
+    """Raises UserError if a recording had to stop, for the reason given: whoever asked for it has not got it whole."""
+    if stopped:
+        raise UserError(stopped)
 
 
 def refuse_existing(path: Path, *, overwrite: bool = False) -> None:

@@ -24,7 +24,7 @@ from shared.errors import UserError
 from shared.fields import slots
 from shared.messages import Message
 from shared.system.processes import CAN_SPLIT, usable_processors
-from station.recording.writer import Recording
+from station.recording.writer import Recording, require_recorded
 
 BATCH = 128
 """Messages that cross the pipe together: a third of a second of a session, few enough for a processor's cache."""
@@ -55,7 +55,7 @@ class WriterProcess:
     def __init__(self, recording: Recording) -> None:
         self.path: Path = recording.path
         self.stopped = ""
-        """The reason why the recording had to stop (disk full), or nothing."""
+        """The reason why the recording had to stop (disk full) or could not be finished, or nothing."""
         context = multiprocessing.get_context("fork")
         self._pipe, theirs = context.Pipe()
         self._process = context.Process(target=_write_all, args=(theirs, self._pipe, recording), daemon=True)
@@ -73,35 +73,53 @@ class WriterProcess:
         """Returns itself."""
         return self
 
-    def __exit__(self, *_: object) -> None:
-        """Closes the recording."""
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """Closes the recording.
+
+        Raises:
+            UserError: if it had to stop, or could not be finished, and nothing else went wrong.
+        """
         self.close()
+        require_recorded(self.stopped if kind is None else "")
 
     def _send(self, data: bytes) -> None:
         """Raises UserError when the other process is gone."""
         try:
             if self._news.poll(0):
-                self.stopped = self._pipe.recv()
+                self._hear()
             self._pipe.send_bytes(data)
         except (OSError, EOFError) as error:
-            raise UserError(
-                f"The process that writes {self.path} ended by itself: what it wrote can be saved by `station repair`"
-            ) from error
+            raise self._died() from error
+
+    def _died(self) -> UserError:
+        return UserError(
+            f"The process that writes {self.path} ended by itself: what it wrote can be saved by `station repair`"
+        )
 
     def close(self) -> Path:
-        """Waits until everything is written and the file has its name; closing twice is harmless."""
+        """Waits until everything is written and the file has its name; closing twice is harmless.
+
+        Raises:
+            UserError: if the other process ended without having closed the file.
+        """
         if not self._closed:
             self._closed = True
             try:
                 self._taking.send()
                 self._send(_OVER)
+                while not self._hear():
+                    pass
+            except (EOFError, OSError) as error:
+                raise self._died() from error
             finally:
                 self._process.join()
-                with contextlib.suppress(EOFError, OSError):
-                    while self._pipe.poll():
-                        self.stopped = self._pipe.recv() or self.stopped
                 self._pipe.close()
         return self.path
+
+    def _hear(self) -> bool:
+        """Takes what the other process says; true if it is the last word, which comes once the file is closed."""
+        self.stopped, closed = self._pipe.recv()
+        return bool(closed)
 
 
 def _write_all(pipe: Connection, other_end: Connection, recording: Recording) -> None:
@@ -110,14 +128,20 @@ def _write_all(pipe: Connection, other_end: Connection, recording: Recording) ->
     gc.disable()  # nothing here makes cycles of objects, and looking for them would cost a tenth
     other_end.close()
     reported, together = False, _Unpacker()
+
+    def tell(*, closed: bool) -> None:
+        with contextlib.suppress(OSError):  # nobody is left to hear it
+            pipe.send((recording.stopped, closed))
+
     with contextlib.suppress(EOFError):
         while (data := pipe.recv_bytes()) != _OVER:
             for received in together.batch(data):
                 recording.write(received)
             if recording.stopped and not reported:
                 reported = True
-                pipe.send(recording.stopped)
+                tell(closed=False)
     recording.close()
+    tell(closed=True)
 
 
 class _Packer:

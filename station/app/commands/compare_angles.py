@@ -12,7 +12,7 @@ import argparse
 import json
 import sys
 import threading
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
@@ -146,7 +146,8 @@ def _lockstep(args: argparse.Namespace, rig: RigConfig, plan: ComparisonPlan) ->
     clock = SimulatedClock()
     bus = MemoryBus(clock)
     origin = _origin(rig, plan, clock=clock, lockstep=True)
-    with Recording(args.out, provenance=origin, overwrite=args.overwrite, flush_every_s=10.0) as recording:
+    recording = Recording(args.out, provenance=origin, overwrite=args.overwrite, flush_every_s=10.0)
+    with closing(recording):
         record_within(bus, recording)
         world = assembly.twin_world(rig, seed=1, start_ns=clock.now_ns())
         world.remove_block()
@@ -163,7 +164,7 @@ def _lockstep(args: argparse.Namespace, rig: RigConfig, plan: ComparisonPlan) ->
                 _say(note)
             conductor.tick()
         instruments.close()
-    return procedure.failure
+    return procedure.failure or recording.stopped
 
 
 def _warn(note: Note) -> None:
@@ -189,7 +190,8 @@ def _live(args: argparse.Namespace, rig: RigConfig, plan: ComparisonPlan) -> str
         end = _End(stopped)
         recorder = Recorder(bus, recording, clock=clock, on_stopped=end.ask)
         stack.callback(recorder.close)
-        return _conduct(bus, rig, plan, clock=clock, end=end, owner=owner)
+        failure = _conduct(bus, rig, plan, clock=clock, end=end, owner=owner)
+    return failure or recording.stopped
 
 
 @dataclass(slots=True)

@@ -90,7 +90,8 @@ def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Pat
         recording = Recording(
             path, provenance=origin, overwrite=options.overwrite, split_bytes=options.split, flush_every_s=10.0
         )
-        recording = stack.enter_context(WriterProcess(recording) if can_start_writer_process() else recording)
+        recording = WriterProcess(recording) if can_start_writer_process() else recording
+        stack.callback(recording.close)
         display = stack.enter_context(_display(console, rig, plan, path, json_lines=options.json_lines))
         lockstep = Lockstep(
             rig,
@@ -104,15 +105,17 @@ def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Pat
         stop = stack.enter_context(stop_by_signal())
         watch = stack.enter_context(telling(rig, plan, path, where=console))
         outcome = lockstep.run(on_sample=display.tell, stop=stop)
+        recording.close()
         if recording.stopped:
             watch.stopped_recording(recording.stopped)
-        watch.ended(outcome.fault, samples=outcome.samples)
+        fault = outcome.fault or recording.stopped
+        watch.ended(fault, samples=outcome.samples)
     wall = time.perf_counter() - begin
     console.print(
         f"{outcome.samples} samples, {outcome.simulated_s:.1f} s of the rig's time in {wall:.1f} s: "
         f"{outcome.simulated_s / wall:.3g} times faster than life."
     )
-    return _close(path, outcome.fault, display, json_lines=options.json_lines)
+    return _close(path, fault, display, json_lines=options.json_lines)
 
 
 def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -> int:
