@@ -11,10 +11,16 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
+PARTIAL = ".partial"
 METADATA = "part"
 NUMBER, BEFORE, CONTINUED = "number", "messages_before", "continued"
 """The names in the metadata record `part`."""
 _PART = re.compile(r"^(.*)\.part(\d{3,})\.mcap$")
+
+
+def partial_path(path: Path) -> Path:
+    """Returns the name of a recording's file while it grows."""
+    return path.with_name(path.name + PARTIAL)
 
 
 def part_path(first: Path, number: int) -> Path:
@@ -46,7 +52,7 @@ def later_files(first: Path) -> list[Path]:
     """Returns the files that have names of later parts of a recording, those that broke off, too."""
     stem = first.name.removesuffix(".mcap")
     names = (path for path in first.parent.glob("*.part*.mcap*") if path.name.startswith(f"{stem}.part"))
-    return sorted(path for path in names if number_of(path.name.removesuffix(".partial")) > 1)
+    return sorted(path for path in names if number_of(path.name.removesuffix(PARTIAL)) > 1)
 
 
 def firsts(names: Iterable[str]) -> list[str]:

@@ -21,18 +21,26 @@ from shared.messages import ClockOffset, Message
 from station.recording.claim import Claim
 from station.recording.counts import METADATA as COUNTS
 from station.recording.counts import counts_record
-from station.recording.disk import RESERVE_BYTES, ReservedFile, free_bytes
+from station.recording.disk import RESERVE_BYTES, free_bytes
 from station.recording.for_viewers import for_viewers
-from station.recording.mcap_file import McapFile
+from station.recording.growing import GrowingFile
 from station.recording.names import Names
-from station.recording.parts import BEFORE, CONTINUED, METADATA, NUMBER, later_files, part_path
-from station.recording.provenance import Provenance, sealed
+from station.recording.parts import (
+    BEFORE,
+    CONTINUED,
+    METADATA,
+    NUMBER,
+    PARTIAL,
+    later_files,
+    part_path,
+    partial_path,
+)
+from station.recording.provenance import Provenance
 from station.recording.viewers.extra import Extra
 
 FLUSH_EVERY_S = 0.25
 """Half of what kill -9 may cost, so that a busy machine still keeps the promise of half a second."""
 MIN_FREE_BYTES = 64 * 1024 * 1024
-PARTIAL = ".partial"
 UNKNOWN_SCHEMA = "google.protobuf.BytesValue"
 """Messages of topics that the table does not know are recorded as they came, wrapped in this schema."""
 
@@ -47,11 +55,6 @@ class _Channel:
     capture_ns: Callable[[Message], int] = lambda _: 0
     tells_offsets: bool = False
     sequence: int = 0
-
-
-def partial_path(path: Path) -> Path:
-    """Returns the name of a recording while it grows."""
-    return path.with_name(path.name + PARTIAL)
 
 
 class Recording:
@@ -95,24 +98,23 @@ class Recording:
         self._unflushed_since_ns = 0
         self._closed = False
         self._number, self._messages_before = 1, 0
+        self._channels: dict[str, _Channel] = {}
         self._claim = Claim(path)
         try:
             refuse_existing(path, overwrite=overwrite)
             self._names = Names(path)
-            self._begin(path, ReservedFile(partial_path(path), reserve_bytes=RESERVE_BYTES))
+            self._begin(GrowingFile(path, provenance, part={}))
         except BaseException:
             self._claim.release()
             raise
 
-    def _begin(self, path: Path, file: ReservedFile) -> None:
-        """Begins a file: each has all that it takes to be read alone."""
-        self._file, self._part_path = file, path
-        self._names.begun(partial_path(path))
-        self._channels: dict[str, _Channel] = {}
-        self._schemas: dict[str, int] = {}
-        self._writer = McapFile(file, library=f"repose {self._provenance.versions.get('repose', '')}")
+    def _begin(self, file: GrowingFile) -> None:
+        """Goes on in this file, which knows nothing yet of the topics."""
+        self._file = file
+        self._names.begun(file.unfinished)
+        self._sequences |= {name: channel.sequence for name, channel in self._channels.items()}
+        self._channels, self._schemas = {}, dict[str, int]()
         self._for_viewers = for_viewers(self._provenance.rig_toml, own=self._provenance.own_rig)
-        self._describe(self._provenance)
 
     def __enter__(self) -> Recording:
         """Returns itself."""
@@ -127,54 +129,38 @@ class Recording:
         self.close()
         require_recorded(self.stopped if kind is None else "")
 
-    def _describe(self, provenance: Provenance) -> None:
-        self._add_metadata("session", provenance.session())
-        self._add_metadata("versions", provenance.versions)
-        for file in provenance.files():
-            self._writer.add_attachment(
-                file.name, file.data, media_type=file.media_type, stamp_ns=provenance.started_ns
-            )
-        if self._number > 1:
-            self._add_metadata(METADATA, self._part())
-
-    def _part(self) -> dict[str, str]:
-        return {NUMBER: str(self._number), BEFORE: str(self._messages_before)}
-
     def _go_on(self) -> None:
         """Ends this part and begins the next; where that cannot be begun, this one grows on.
 
         The next file can be repaired before this one has its name, so that a process killed in between leaves a part
         that breaks off, and not one that is missing.
         """
-        path = part_path(self.path, self._number + 1)
+        part, before = _part(self._number, self._messages_before), self._messages_before + self._file.mcap.messages
         try:
-            file = ReservedFile(partial_path(path), reserve_bytes=RESERVE_BYTES)
+            after = GrowingFile(
+                part_path(self.path, self._number + 1), self._provenance, part=_part(self._number + 1, before)
+            )
         except UserError:
             return
-        self._add_metadata(METADATA, self._part() | {CONTINUED: path.name})
-        self._add_counts()
-        ended, ended_file, ended_path = self._writer, self._file, self._part_path
-        self._sequences |= {name: channel.sequence for name, channel in self._channels.items()}
-        self._number, self._messages_before = self._number + 1, self._messages_before + ended.messages
-        self._begin(path, file)
-        self._finish(ended, ended_file, ended_path)
+        ended, last = self._file, {METADATA: part | {CONTINUED: after.path.name}, COUNTS: self._counts()}
+        self._number, self._messages_before = self._number + 1, before
+        self._begin(after)
+        if broken := ended.finish(self._names, last):
+            self._end(f"{broken} {self._finish()}".rstrip())
 
-    def _add_counts(self) -> None:
-        """Writes how many messages this file holds, last of all: what a copy of it loses is told by that."""
+    def _counts(self) -> dict[str, str]:
+        """Returns how many messages this file holds, to be written last of all: it tells what a copy of it loses."""
         counts = {name: channel.sequence - self._sequences.get(name, 0) for name, channel in self._channels.items()}
-        self._add_metadata(COUNTS, counts_record(counts))
+        return counts_record(counts)
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Adds a record of names and values with a checksum; several of one name are kept, and the last one counts."""
         if self._closed:
             return
         try:
-            self._add_metadata(name, values)
+            self._file.add_metadata(name, values)
         except OSError as error:
-            self._give_up(error)
-
-    def _add_metadata(self, name: str, values: Mapping[str, str]) -> None:
-        self._writer.add_metadata(name, sealed(values))
+            self._end(self._file.break_off(error))
 
     def offset_ns(self, agent: str) -> int:
         """Returns the station's clock minus the agent's clock as last heard; 0 before that."""
@@ -194,7 +180,7 @@ class Recording:
             if self._file.full:
                 self._stop("the disk is full")
         except OSError as error:
-            self._give_up(error)
+            self._end(self._file.break_off(error))
 
     def _add(self, received: Received) -> None:
         log_ns, payload = received.receive_ns, received.payload
@@ -213,7 +199,7 @@ class Recording:
     def _put(self, channel: _Channel, payload: bytes, *, log_ns: int, publish_ns: int) -> None:
         sequence = channel.sequence
         channel.sequence = sequence + 1
-        self._writer.add_message(
+        self._file.mcap.add_message(
             channel.number, log_ns=log_ns, publish_ns=publish_ns, sequence=sequence, payload=payload
         )
 
@@ -229,8 +215,8 @@ class Recording:
 
     def _open_channel_for_viewers(self, extra: Extra) -> _Channel:
         kind = extra.schema
-        schema = self._writer.register_schema(kind.name, kind.definition, encoding=kind.encoding)
-        number = self._writer.register_channel("/" + extra.topic, schema_id=schema, encoding=kind.message_encoding)
+        schema = self._file.mcap.register_schema(kind.name, kind.definition, encoding=kind.encoding)
+        number = self._file.mcap.register_channel("/" + extra.topic, schema_id=schema, encoding=kind.message_encoding)
         sequence = self._sequences.get(extra.topic, 0)
         self._channels[extra.topic] = channel = _Channel(number, known=True, agent="", sequence=sequence)
         return channel
@@ -271,16 +257,16 @@ class Recording:
 
     def _register(self, name: str, schema: str, data: bytes) -> int:
         if schema not in self._schemas:
-            self._schemas[schema] = self._writer.register_schema(schema, data)
-        return self._writer.register_channel("/" + name, schema_id=self._schemas[schema])
+            self._schemas[schema] = self._file.mcap.register_schema(schema, data)
+        return self._file.mcap.register_channel("/" + name, schema_id=self._schemas[schema])
 
     def flush(self) -> None:
         """Hands everything to the operating system, so that a killed process no longer loses it."""
         self._unflushed_since_ns = 0
-        self._writer.flush()
+        self._file.mcap.flush()
         if free_bytes(self.path.parent) < self._min_free_bytes:
-            self._file.full = True
-        elif 0 < self._split_bytes <= self._file.tell():
+            self._stop("the disk is full")
+        elif 0 < self._split_bytes <= self._file.size_bytes:
             self._go_on()
 
     def flush_if_due(self, now_ns: int) -> None:
@@ -294,28 +280,26 @@ class Recording:
             if self._file.full:
                 self._stop("the disk is full")
         except OSError as error:
-            self._give_up(error)
+            self._end(self._file.break_off(error))
 
     def _stop(self, reason: str) -> None:
         """Closes the file properly before its time."""
-        self.close()
-        if not self.stopped:
-            self._report(f"The recording stopped because {reason}: {self.path} holds everything until then")
+        if not self._closed:
+            self._end(
+                self._finish() or f"The recording stopped because {reason}: {self.path} holds everything until then"
+            )
 
-    def _give_up(self, error: OSError) -> None:
+    def _finish(self) -> str:
+        """Finishes the last file; returns nothing, or a sentence if that fails."""
         self._closed = True
-        self._file.close()
-        self._claim.release()
-        partial = partial_path(self._part_path)
-        self._report(
-            f"The recording broke off ({error.strerror}): what was written is in {partial}; "
-            f"free some space and run: station repair {partial}"
-        )
+        return self._file.finish(self._names, {COUNTS: self._counts()})
 
-    def _report(self, sentence: str) -> None:
-        self.stopped = sentence
-        if self._on_stopped is not None:
-            self._on_stopped(sentence)
+    def _end(self, stopped: str) -> None:
+        """Takes nothing more; tells why, unless it is because all is there."""
+        self._closed, self.stopped = True, stopped
+        self._claim.release()
+        if stopped and self._on_stopped is not None:
+            self._on_stopped(stopped)
 
     def let_go(self) -> None:
         """Writes nothing more here: another process, born from this one, goes on with the recording."""
@@ -326,21 +310,12 @@ class Recording:
     def close(self) -> Path:
         """Finishes the file and gives it its name; closing twice is harmless. `stopped` says if that failed."""
         if not self._closed:
-            self._closed = True
-            try:
-                self._add_counts()
-                self._finish(self._writer, self._file, self._part_path)
-                self._claim.release()
-            except OSError as error:
-                self._give_up(error)
+            self._end(self._finish())
         return self.path
 
-    def _finish(self, writer: McapFile, file: ReservedFile, path: Path) -> None:
-        """Ends a file and gives it its name."""
-        writer.finish()
-        file.sync()
-        file.close()
-        self._names.give(partial_path(path), path)
+
+def _part(number: int, messages_before: int) -> dict[str, str]:
+    return {NUMBER: str(number), BEFORE: str(messages_before)}
 
 
 def require_recorded(stopped: str) -> None:

@@ -12,8 +12,10 @@ from shared.clock import SystemClock
 from shared.errors import UserError
 from shared.memory_bus import MemoryBus
 from station.recording import disk, writer
+from station.recording.mcap_file import McapFile
 from station.recording.reader import open_recording
 from station.recording.recorder import Recorder
+from station.recording.repair import repair_folder
 from station.recording.writer import Recording, partial_path
 from tests.unit.recording import session
 
@@ -108,6 +110,51 @@ def test_when_even_the_reserve_is_gone_the_partial_file_stays(tmp_path: Path, sm
     assert len(told) == 1
     assert "station repair" in told[0]
     assert partial_path(path).exists()
+
+
+@pytest.mark.parametrize("both", [False, True])
+def test_at_a_seam_the_file_that_broke_off_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, both: bool
+) -> None:
+    """It named the next part, which is empty."""
+    finish, left = McapFile.finish, [2 if both else 1]
+
+    def no_room_at_first(self: McapFile) -> None:
+        if left[0]:
+            left[0] -= 1
+            raise OSError(errno.ENOSPC, "No space left on device")
+        finish(self)
+
+    monkeypatch.setattr(McapFile, "finish", no_room_at_first)
+    told, path = list[str](), tmp_path / "a.mcap"
+    recording = Recording(
+        path, provenance=session.provenance(), flush_every_s=0.02, split_bytes=20_000, on_stopped=told.append
+    )
+    sent = 0
+    for receive_ns, topic, message in session.traffic():
+        recording.write_message(topic, message, receive_ns=receive_ns)
+        sent += not recording.refused
+    recording.close()
+    broken = [partial_path(path), *([partial_path(tmp_path / "a.part002.mcap")] if both else [])]
+    assert [sentence.count(str(file)) for sentence in told for file in broken] == [2] * len(broken)
+    assert told[0].count("station repair") == len(broken)
+    assert [done.source for done in repair_folder(tmp_path)] == broken
+    assert sum(1 for _ in open_recording(path).messages(truth=True)) == sent > 0
+
+
+def test_a_part_that_cannot_be_described_is_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "a.mcap"
+    recording = Recording(path, provenance=session.provenance(), flush_every_s=0.02, split_bytes=20_000)
+
+    def no_room(_file: McapFile, *_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(McapFile, "add_attachment", no_room)
+    with recording:
+        for receive_ns, topic, message in session.traffic():
+            recording.write_message(topic, message, receive_ns=receive_ns)
+    assert [file.name for file in tmp_path.iterdir()] == ["a.mcap"]
+    assert not open_recording(path).miscounted
 
 
 def test_it_stops_before_the_disk_is_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

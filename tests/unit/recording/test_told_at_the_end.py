@@ -111,6 +111,6 @@ def test_metadata_that_finds_no_room_are_told_as_well(tmp_path: Path, monkeypatc
     def no_room(_name: str, _values: dict[str, str]) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(recording._writer, "add_metadata", no_room)  # pyright: ignore[reportPrivateUsage]
+    monkeypatch.setattr(recording._file, "add_metadata", no_room)  # pyright: ignore[reportPrivateUsage]
     recording.add_metadata("recorder", {"recorded": "7"})
     assert recording.stopped.startswith(BROKE_OFF)
