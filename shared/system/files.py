@@ -39,6 +39,15 @@ if sys.platform == "win32":
         with contextlib.suppress(OSError):
             path.unlink()
 
+    def name_anew(path: Path, name: Path) -> None:
+        """Gives a closed file a name that nobody has.
+
+        Raises:
+            FileExistsError: if somebody has it.
+            OSError: if it cannot be named.
+        """
+        path.rename(name)
+
     def _at_locked_byte(file: io.FileIO, mode: int) -> None:
         before = file.tell()
         file.seek(_LOCKED_BYTE)
@@ -71,6 +80,23 @@ else:
         with contextlib.suppress(OSError):
             path.unlink()  # before it is closed: whoever locks it next would lose the file
         file.close()
+
+    def name_anew(path: Path, name: Path) -> None:
+        """Gives a closed file a name that nobody has.
+
+        Raises:
+            FileExistsError: if somebody has it.
+            OSError: if it cannot be named.
+        """
+        try:
+            os.link(path, name)
+        except (FileExistsError, FileNotFoundError):
+            raise
+        except OSError:  # a disk without links (FAT): the name is taken first, and given to the file then
+            name.open("xb").close()
+            os.replace(path, name)
+        else:
+            path.unlink()
 
 
 if sys.platform == "linux":

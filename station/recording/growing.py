@@ -20,12 +20,12 @@ class GrowingFile:
     """A file with all that it takes to be read alone; messages go into its `mcap`."""
 
     def __init__(self, path: Path, provenance: Provenance, *, part: Mapping[str, str]) -> None:
-        """Begins the file that is to have the name `path`, with where it comes from and which `part` it is, if any.
+        """Begins the file that grows beside `path`, with where it comes from and which `part` it is, if any.
 
         Raises:
             UserError: if it cannot be written; it is taken away then.
         """
-        self.path, self.unfinished = path, partial_path(path)
+        self.unfinished = partial_path(path)
         self._file = ReservedFile(self.unfinished, reserve_bytes=RESERVE_BYTES)
         try:
             self.mcap = McapFile(self._file, library=f"repose {provenance.versions.get('repose', '')}")
@@ -58,18 +58,20 @@ class GrowingFile:
         """The bytes written so far."""
         return self._file.tell()
 
-    def finish(self, names: Names, last: Mapping[str, Mapping[str, str]]) -> str:
-        """Ends the file with its last metadata records and names it; returns nothing, or a sentence if that fails."""
+    def finish(self, last: Mapping[str, Mapping[str, str]], *, names: Names, path: Path) -> tuple[Path, str]:
+        """Ends the file with its `last` metadata records and names it `path`, if nobody else has that name meanwhile.
+
+        Returns its name, and nothing or a sentence if that failed.
+        """
         try:
             for name, values in last.items():
                 self.add_metadata(name, values)
             self.mcap.finish()
             self._file.sync()
             self._file.close()
-            names.give(self.unfinished, self.path)
+            return names.give(self.unfinished, path), ""
         except OSError as error:
-            return self.break_off(error)
-        return ""
+            return path, self.break_off(error)
 
     def break_off(self, error: OSError) -> str:
         """Closes the file as it is; returns a sentence on where it is and what to do."""

@@ -15,6 +15,7 @@ from station.recording.counts import METADATA as COUNTS
 from station.recording.disk import ReservedFile, being_written, reserve_path
 from station.recording.malformed import counted
 from station.recording.mcap_file import McapFile
+from station.recording.names import give_free_name
 from station.recording.provenance import sealed
 from station.recording.salvage import Block, Findings, Salvage
 from station.recording.writer import PARTIAL
@@ -67,7 +68,7 @@ def repair(path: Path, *, out: Path | None = None) -> Repaired:
         if target.exists():
             raise UserError(f"Expected to save the recording as {target}, but that exists; choose a name with --out")
         salvage = Salvage(path)
-        _rewrite(salvage, target, keep=lambda _: True, note=path.name)
+        target = give_free_name(_rewrite(salvage, target, keep=lambda _: True, note=path.name), target)
         if path.suffix == PARTIAL and out is None:
             path.unlink()
             reserve_path(path).unlink(missing_ok=True)
@@ -90,10 +91,14 @@ def repair_folder(folder: Path) -> tuple[Repaired, ...]:
 def copy_without(source: Path, target: Path, *, drop: Callable[[str], bool]) -> None:
     """Copies a recording without the topics (named as on the bus) for which `drop` is true."""
     with Claim(target):
-        _rewrite(Salvage(source), target, keep=lambda channel: not drop(channel.topic.removeprefix("/")), note="")
+        unfinished = _rewrite(
+            Salvage(source), target, keep=lambda channel: not drop(channel.topic.removeprefix("/")), note=""
+        )
+        os.replace(unfinished, target)
 
 
-def _rewrite(salvage: Salvage, target: Path, *, keep: Callable[[Channel], bool], note: str) -> None:
+def _rewrite(salvage: Salvage, target: Path, *, keep: Callable[[Channel], bool], note: str) -> Path:
+    """Returns the new file, which is still to be named."""
     unfinished = target.with_name(target.name + ".repairing")
     file = ReservedFile(unfinished)
     try:
@@ -108,7 +113,7 @@ def _rewrite(salvage: Salvage, target: Path, *, keep: Callable[[Channel], bool],
         unfinished.unlink(missing_ok=True)
         raise
     file.close()
-    os.replace(unfinished, target)
+    return unfinished
 
 
 def _copy(salvage: Salvage, output: McapFile, keep: Callable[[Channel], bool], *, counting: bool) -> None:

@@ -85,7 +85,7 @@ class Recording:
         """
         _require_mcap(path)
         _refuse_full(path, min_free_bytes=min_free_bytes)
-        self.path = path
+        self.path = self._claimed = path
         self.stopped = ""
         self.refused = 0
         self._flush_every_ns = int(flush_every_s * 1e9)
@@ -103,15 +103,19 @@ class Recording:
         try:
             refuse_existing(path, overwrite=overwrite)
             self._names = Names(path)
-            self._begin(GrowingFile(path, provenance, part={}))
+            self._begin(self._new_file(path))
         except BaseException:
             self._claim.release()
             raise
 
+    def _new_file(self, path: Path, **part: str) -> GrowingFile:
+        file = GrowingFile(path, self._provenance, part=part)
+        self._names.begun(file.unfinished)
+        return file
+
     def _begin(self, file: GrowingFile) -> None:
         """Goes on in this file, which knows nothing yet of the topics."""
         self._file = file
-        self._names.begun(file.unfinished)
         self._sequences |= {name: channel.sequence for name, channel in self._channels.items()}
         self._channels, self._schemas = {}, dict[str, int]()
         self._for_viewers = for_viewers(self._provenance.rig_toml, own=self._provenance.own_rig)
@@ -135,21 +139,27 @@ class Recording:
         The next file can be repaired before this one has its name, so that a process killed in between leaves a part
         that breaks off, and not one that is missing.
         """
-        part, before = _part(self._number, self._messages_before), self._messages_before + self._file.mcap.messages
+        path, before = part_path(self._claimed, self._number + 1), self._messages_before + self._file.mcap.messages
         try:
-            after = GrowingFile(
-                part_path(self.path, self._number + 1), self._provenance, part=_part(self._number + 1, before)
-            )
+            after = self._new_file(path, **_part(self._number + 1, before))
         except UserError:
             return
-        ended, last = self._file, {METADATA: part | {CONTINUED: after.path.name}, COUNTS: self._counts()}
+        broken = self._finish({METADATA: _part(self._number, self._messages_before) | {CONTINUED: path.name}})
         self._number, self._messages_before = self._number + 1, before
         self._begin(after)
-        if broken := ended.finish(self._names, last):
-            self._end(f"{broken} {self._finish()}".rstrip())
+        if broken:
+            self._end(f"{broken} {self._finish({})}".rstrip())
+
+    def _finish(self, last: Mapping[str, Mapping[str, str]]) -> str:
+        """Finishes the file, its counts at its very end; returns nothing, or a sentence if that fails."""
+        path = part_path(self.path, self._number)
+        path, broken = self._file.finish({**last, COUNTS: self._counts()}, names=self._names, path=path)
+        if self._number == 1:
+            self.path = path
+        return broken
 
     def _counts(self) -> dict[str, str]:
-        """Returns how many messages this file holds, to be written last of all: it tells what a copy of it loses."""
+        """Returns how many messages this file holds: what a copy of it loses is told by that."""
         counts = {name: channel.sequence - self._sequences.get(name, 0) for name, channel in self._channels.items()}
         return counts_record(counts)
 
@@ -285,14 +295,10 @@ class Recording:
     def _stop(self, reason: str) -> None:
         """Closes the file properly before its time."""
         if not self._closed:
+            self._closed = True
             self._end(
-                self._finish() or f"The recording stopped because {reason}: {self.path} holds everything until then"
+                self._finish({}) or f"The recording stopped because {reason}: {self.path} holds everything until then"
             )
-
-    def _finish(self) -> str:
-        """Finishes the last file; returns nothing, or a sentence if that fails."""
-        self._closed = True
-        return self._file.finish(self._names, {COUNTS: self._counts()})
 
     def _end(self, stopped: str) -> None:
         """Takes nothing more; tells why, unless it is because all is there."""
@@ -308,9 +314,13 @@ class Recording:
         self._claim.let_go()
 
     def close(self) -> Path:
-        """Finishes the file and gives it its name; closing twice is harmless. `stopped` says if that failed."""
+        """Finishes the file and gives it its name, which is returned; closing twice is harmless.
+
+        `stopped` says if that failed.
+        """
         if not self._closed:
-            self._end(self._finish())
+            self._closed = True
+            self._end(self._finish({}))
         return self.path
 
 

@@ -54,6 +54,7 @@ class WriterProcess:
 
     def __init__(self, recording: Recording) -> None:
         self.path: Path = recording.path
+        """The file; once it is closed the one in which the recording is, if its name was taken meanwhile."""
         self.stopped = ""
         """The reason why the recording had to stop (disk full) or could not be finished, or nothing."""
         context = multiprocessing.get_context("fork")
@@ -118,7 +119,7 @@ class WriterProcess:
 
     def _hear(self) -> bool:
         """Takes what the other process says; true if it is the last word, which comes once the file is closed."""
-        self.stopped, closed = self._pipe.recv()
+        self.path, self.stopped, closed = self._pipe.recv()
         return bool(closed)
 
 
@@ -131,7 +132,7 @@ def _write_all(pipe: Connection, other_end: Connection, recording: Recording) ->
 
     def tell(*, closed: bool) -> None:
         with contextlib.suppress(OSError):  # nobody is left to hear it
-            pipe.send((recording.stopped, closed))
+            pipe.send((recording.path, recording.stopped, closed))
 
     with contextlib.suppress(EOFError):
         while (data := pipe.recv_bytes()) != _OVER:

@@ -98,11 +98,11 @@ def run(args: argparse.Namespace) -> int:
         return 0
     rig, plan = assembly.rig_from(args.rig), _plan(args)
     _check_rig(rig, lockstep=args.lockstep)
-    failure = _lockstep(args, rig, plan) if args.lockstep else _live(args, rig, plan)
+    failure, path = _lockstep(args, rig, plan) if args.lockstep else _live(args, rig, plan)
     if failure:
         print(f"The comparison ended early: {failure}\n", file=sys.stderr)
-    print(f"Recorded to {args.out}.\n")
-    _present(args, args.out)
+    print(f"Recorded to {path}.\n")
+    _present(args, path)
     return 1 if failure else 0
 
 
@@ -142,7 +142,7 @@ def _say(note: Note) -> None:
 # --- in simulated time ------------------------------------------------------------------------------------------------
 
 
-def _lockstep(args: argparse.Namespace, rig: RigConfig, plan: ComparisonPlan) -> str:
+def _lockstep(args: argparse.Namespace, rig: RigConfig, plan: ComparisonPlan) -> tuple[str, Path]:
     clock = SimulatedClock()
     bus = MemoryBus(clock)
     origin = _origin(rig, plan, clock=clock, lockstep=True)
@@ -164,7 +164,7 @@ def _lockstep(args: argparse.Namespace, rig: RigConfig, plan: ComparisonPlan) ->
                 _say(note)
             conductor.tick()
         instruments.close()
-    return procedure.failure or recording.stopped
+    return procedure.failure or recording.stopped, recording.path
 
 
 def _warn(note: Note) -> None:
@@ -175,7 +175,7 @@ def _warn(note: Note) -> None:
 # --- live -------------------------------------------------------------------------------------------------------------
 
 
-def _live(args: argparse.Namespace, rig: RigConfig, plan: ComparisonPlan) -> str:
+def _live(args: argparse.Namespace, rig: RigConfig, plan: ComparisonPlan) -> tuple[str, Path]:
     clock = SystemClock()
     with ExitStack() as stack:
         stopped = stack.enter_context(until_stopped())
@@ -191,7 +191,7 @@ def _live(args: argparse.Namespace, rig: RigConfig, plan: ComparisonPlan) -> str
         recorder = Recorder(bus, recording, clock=clock, on_stopped=end.ask)
         stack.callback(recorder.close)
         failure = _conduct(bus, rig, plan, clock=clock, end=end, owner=owner)
-    return failure or recording.stopped
+    return failure or recording.stopped, recording.path
 
 
 @dataclass(slots=True)

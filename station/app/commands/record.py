@@ -52,5 +52,5 @@ def run(options: argparse.Namespace) -> int:
         for now_ns in paced(clock, bus, rate_hz=20.0, stopped=stopped):
             if stopped_by or (options.seconds > 0 and now_ns > end_ns):
                 break
-    print(f"Recording: {path}" + (f" ({stopped_by[0]})" if stopped_by else ""))
+    print(f"Recording: {recording.path}" + (f" ({stopped_by[0]})" if stopped_by else ""))
     return 1 if stopped_by else 0

@@ -115,7 +115,7 @@ def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Pat
         f"{outcome.samples} samples, {outcome.simulated_s:.1f} s of the rig's time in {wall:.1f} s: "
         f"{outcome.simulated_s / wall:.3g} times faster than life."
     )
-    return _close(path, fault, display, json_lines=options.json_lines)
+    return _close(recording.path, fault, display, json_lines=options.json_lines)
 
 
 def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -> int:
@@ -151,8 +151,8 @@ def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -
         display.attach(bus)
         fault = session.run(on_tick=lambda: display.tell(session.samples))
         watch.ended(fault, samples=session.samples)
-    status = _close(path, fault, display, json_lines=options.json_lines)
-    sign_session(path, where=console)
+    status = _close(recording.path, fault, display, json_lines=options.json_lines)
+    sign_session(recording.path, where=console)
     return status
 
 

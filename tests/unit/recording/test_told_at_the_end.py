@@ -26,7 +26,7 @@ BROKE_OFF = "The recording broke off"
 
 @pytest.fixture(autouse=True)
 def _nothing_gets_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
-    def give(_names: names.Names, _unfinished: Path, _path: Path) -> None:
+    def give(_names: names.Names, _unfinished: Path, _path: Path) -> Path:
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(names.Names, "give", give)

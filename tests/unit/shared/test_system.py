@@ -57,6 +57,31 @@ def test_a_locked_file_is_taken_away_and_its_name_is_free(tmp_path: Path) -> Non
         files.lock(another)
 
 
+@pytest.mark.parametrize("links", [True, False])
+def test_a_name_that_somebody_has_is_given_to_no_other_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, links: bool
+) -> None:
+    def no_links(*_: object) -> None:
+        raise PermissionError(1, "Operation not permitted")  # as a FAT disk says it
+
+    if not links:
+        monkeypatch.setattr(os, "link", no_links)
+    growing, name = tmp_path / "growing", tmp_path / "name"
+    growing.write_bytes(b"ours")
+    name.write_bytes(b"theirs")
+    with pytest.raises(FileExistsError):
+        files.name_anew(growing, name)
+    assert (growing.read_bytes(), name.read_bytes()) == (b"ours", b"theirs")
+    files.name_anew(growing, tmp_path / "free")
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"free": b"ours", "name": b"theirs"}
+
+
+def test_a_file_that_is_gone_gets_no_name(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError):
+        files.name_anew(tmp_path / "gone", tmp_path / "name")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_occupied_room_is_on_the_disk(tmp_path: Path) -> None:
     path = tmp_path / "reserve"
     with opened(path, "w") as file:
