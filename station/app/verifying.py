@@ -19,6 +19,7 @@ from station.app.attached import attached_rig
 from station.app.attitudes_again import attitudes_again
 from station.app.commands.check import machine_of
 from station.app.corners_again import CornersAgain, corners_again, picture_tracker
+from station.app.described_otherwise import Otherwise, described_otherwise
 from station.app.outputs import without_nan
 from station.app.recordings import other_rule
 from station.app.signature import Signature, file_sha256, signature_path
@@ -128,22 +129,35 @@ def _signature(path: Path, sha256: str, keys: Path | None) -> Signature | None:
 
 
 def _content(reader: RecordingReader) -> Part:
-    """Compares the files with what they say of themselves: their parts, their counts, and the metadata's checksums.
+    """Compares the files with what they say of themselves: their parts, their counts, and the metadata.
+
+    These have checksums, and say of the session what the attached rig file and plan do.
 
     A wrong checksum of a chunk or an attachment raises UserError.
     """
     names = [name for name, info in reader.topics.items() if info.message and not name.startswith("truth/")]
     count = sum(len(batch.log_ns) for _, batch in reader.batches(names))
     attached, changed = len(reader.attachments), reader.changed_metadata
-    lost = [*reader.parts_missing, *reader.miscounted]
+    lost, others = [*reader.parts_missing, *reader.miscounted], _otherwise(reader)
     if changed:
         lost.append(f"metadata {', '.join(repr(name) for name in changed)} is not as it was written")
+    if others:
+        first = others[0]
+        where = Mismatch("metadata", reader.start_ns, first.line, first.said, first.attached)
+        return Part("content", "different", count, _with_left_out("; ".join([*lost, *map(str, others)]), reader), where)
     if lost:
         name = changed[0] if changed else "part" if reader.parts_missing else COUNTS
         where = Mismatch("metadata", reader.start_ns, name, "", "")
         return Part("content", "different", count, _with_left_out("; ".join(lost), reader), where)
     words = f"{count} messages and {attached} attached files match their checksums"
     return Part("content", "identical", count, _with_left_out(words, reader))
+
+
+def _otherwise(reader: RecordingReader) -> list[Otherwise]:
+    try:
+        return list(described_otherwise(reader))
+    except UserError:  # the attached file is no TOML, which the parts that need it say
+        return []
 
 
 def _with_left_out(words: str, reader: RecordingReader) -> str:

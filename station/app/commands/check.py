@@ -17,6 +17,7 @@ from shared.rig import RigConfig, load_rig
 from shared.visible import visible
 from station.app import assembly
 from station.app.attached import attached_rig, attached_table
+from station.app.described_otherwise import described_otherwise
 from station.app.recordings import other_rule
 from station.recording.malformed import left_out
 from station.recording.reader import RecordingReader, open_recording
@@ -27,7 +28,7 @@ from station.sampling.replay import DECISIONS, first_of, replay
 NAME = "check"
 HELP = "replay a recording's messages: does the logic take the same decisions?"
 EXAMPLE = "station check sim.mcap"
-ONE = "the sampling logic takes other decisions than were recorded, or a part of the recording is missing"
+ONE = "the sampling logic takes other decisions than were recorded, or a part of the recording is missing or forged"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -37,7 +38,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Returns 0 when every decision is the same, 1 when one differs or a part that may hold others is missing."""
+    """Returns 0 when every decision is the same.
+
+    It is 1 when one differs, a part that may hold others is missing, or the metadata contradict the rig file or plan.
+    """
     reader = open_recording(options.file)
     stream = ((item.topic, item.message, item.log_ns) for item in reader.messages({*INPUTS, *DECISIONS}))
     own = None if options.rig is None else load_rig(options.rig)
@@ -49,6 +53,9 @@ def run(options: argparse.Namespace) -> int:
         print(visible(f"{count} decisions are the same; the first that is not: {difference}"))
         if why := other_rule(reader):
             print(f"That may be no fault: {why}.")
+        return 1
+    if others := [str(other) for other in described_otherwise(reader)]:
+        print(f"{count} decisions are the same, but the recording contradicts itself: {'; '.join(others)}.")
         return 1
     if reader.parts_missing:
         print(visible(f"{count} decisions are the same, but not all are there: {'; '.join(reader.parts_missing)}."))

@@ -149,7 +149,8 @@ def test_a_recording_of_which_a_part_is_missing_is_not_all_the_same(
 
 def golden_provenance() -> Provenance:
     files = open_recording(GOLDEN).attachments
-    return session.provenance(rig_toml=files["rig.toml"].decode(), plan_toml=files["plan.toml"].decode())
+    texts = {"rig_toml": files["rig.toml"].decode(), "plan_toml": files["plan.toml"].decode()}
+    return session.provenance(rig_id="simulated", seed=123, **texts)
 
 
 def test_messages_that_a_part_has_lost_are_told_with_its_name(parted: Path, tmp_path: Path) -> None:
