@@ -25,6 +25,8 @@ from station.app.recordings import other_rule
 from station.app.signature import Signature, file_sha256, signature_path
 from station.recording.counts import METADATA as COUNTS
 from station.recording.malformed import left_out
+from station.recording.numbered import Numbered
+from station.recording.parted import is_first
 from station.recording.reader import RecordingReader, open_recording
 from station.rig.placed_arm import placed_arm
 from station.sampling.machine import INPUTS
@@ -136,9 +138,13 @@ def _content(reader: RecordingReader) -> Part:
     A wrong checksum of a chunk or an attachment raises UserError.
     """
     names = [name for name, info in reader.topics.items() if info.message and not name.startswith("truth/")]
-    count = sum(len(batch.log_ns) for _, batch in reader.batches(names))
+    numbered, count = Numbered(from_the_first=is_first(reader)), 0
+    for channels, batch in reader.batches(names):
+        numbered.take(channels, batch)
+        count += len(batch.log_ns)
     attached, changed = len(reader.attachments), reader.changed_metadata
-    lost, others = [*reader.parts_missing, *reader.miscounted], _otherwise(reader)
+    gaps, others = list(numbered.sentences()), _otherwise(reader)
+    lost = [*reader.parts_missing, *reader.miscounted, *gaps]
     if changed:
         lost.append(f"metadata {', '.join(repr(name) for name in changed)} is not as it was written")
     if others:
@@ -146,11 +152,21 @@ def _content(reader: RecordingReader) -> Part:
         where = Mismatch("metadata", reader.start_ns, first.line, first.said, first.attached)
         return Part("content", "different", count, _with_left_out("; ".join([*lost, *map(str, others)]), reader), where)
     if lost:
-        name = changed[0] if changed else "part" if reader.parts_missing else COUNTS
+        name = (
+            changed[0] if changed else "part" if reader.parts_missing else COUNTS if reader.miscounted else "sequence"
+        )
         where = Mismatch("metadata", reader.start_ns, name, "", "")
         return Part("content", "different", count, _with_left_out("; ".join(lost), reader), where)
-    words = f"{count} messages and {attached} attached files match their checksums"
+    words = f"{count} messages and {attached} attached files match their checksums{_untold(reader, numbered)}"
     return Part("content", "identical", count, _with_left_out(words, reader))
+
+
+def _untold(reader: RecordingReader, numbered: Numbered) -> str:
+    """Returns what nothing in the file would tell of missing messages."""
+    if COUNTS in reader.metadata:
+        return ""
+    where = "in it" if numbered.nothing_numbered else "at a topic's end"
+    return f"; it has no record of counts, so that what may be missing {where} is not told"
 
 
 def _otherwise(reader: RecordingReader) -> list[Otherwise]:

@@ -29,8 +29,9 @@ _PREFIX = 9
 
 
 class Batch(NamedTuple):
-    """Messages in the order of the file: channel, times (n,), and where their payloads are.
+    """Messages in the order of the file: channel, times (n,), where their payloads are, and their writer's numbers.
 
+    `sequence` (n,) is the number that the writer gave each among those of its topic; other writers may give none.
     `offset` (n,) is where the content of each begins in all that was unpacked: no other message has the same. Times
     of 2^63 ns and later, which no clock has, are negative.
     """
@@ -40,11 +41,14 @@ class Batch(NamedTuple):
     publish_ns: Integers
     payloads: Payloads
     offset: Integers
+    sequence: Integers
 
     def select(self, chosen: NDArray[Any]) -> Batch:
         """Returns the messages that are chosen (n,)."""
-        channel, log_ns, publish_ns, payloads, offset = self
-        return Batch(channel[chosen], log_ns[chosen], publish_ns[chosen], payloads.select(chosen), offset[chosen])
+        payloads = self.payloads.select(chosen)
+        columns = (self.channel, self.log_ns, self.publish_ns, self.offset, self.sequence)
+        channel, log_ns, publish_ns, offset, sequence = (column[chosen] for column in columns)
+        return Batch(channel, log_ns, publish_ns, payloads, offset, sequence)
 
 
 class Unpacked(NamedTuple):
@@ -74,12 +78,11 @@ def batch_of(chunks: Sequence[Unpacked], *, wanted: Container[int]) -> Batch | N
     header: Any = np.ndarray((len(data) - _HEADER.itemsize,), _HEADER, buffer=data, strides=(1,))[begin]
     if not _tiles(records, size, begin, header):
         return None
-    channel, log_ns, publish_ns, length = (
-        header[name].astype(np.int64) for name in ("channel", "log_ns", "publish_ns", "length")
+    channel, log_ns, publish_ns, length, sequence = (
+        header[name].astype(np.int64) for name in ("channel", "log_ns", "publish_ns", "length", "seq")
     )
-    found = Batch(
-        channel, log_ns, publish_ns, Payloads(data, begin + _HEADER.itemsize, begin + _PREFIX + length), offset
-    )
+    payloads = Payloads(data, begin + _HEADER.itemsize, begin + _PREFIX + length)
+    found = Batch(channel, log_ns, publish_ns, payloads, offset, sequence)
     known = [number for number in np.unique(channel).tolist() if number in wanted]
     return found.select(np.isin(channel, known))
 
@@ -94,9 +97,10 @@ def batch_by_walking(chunk: Unpacked, *, wanted: Container[int]) -> Batch:
     data = np.frombuffer(b"".join([*(raw.payload for raw in found), bytes(PADDING)]), dtype=np.uint8)
     end = np.cumsum([len(raw.payload) for raw in found], dtype=np.int64)
     begin = np.concatenate([np.zeros(1, np.int64), end])[:-1]
-    columns = ((raw.channel_id, raw.log_ns, raw.publish_ns, raw.offset) for raw in found)
-    channel, log_ns, publish_ns, offset = np.array(list(columns), dtype=np.uint64).reshape(-1, 4).T.astype(np.int64)
-    return Batch(channel, log_ns, publish_ns, Payloads(data, begin, end), offset)
+    columns = ((raw.channel_id, raw.log_ns, raw.publish_ns, raw.offset, raw.sequence) for raw in found)
+    rows = np.array(list(columns), dtype=np.uint64).reshape(-1, 5)
+    channel, log_ns, publish_ns, offset, sequence = rows.T.astype(np.int64)
+    return Batch(channel, log_ns, publish_ns, Payloads(data, begin, end), offset, sequence)
 
 
 def _begins(indexes: bytes) -> Integers | None:

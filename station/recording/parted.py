@@ -132,6 +132,11 @@ def part_metadata(part: RecordingReader) -> dict[str, str]:
     return part.metadata.get(METADATA, {}) if METADATA in part.metadata_names else {}
 
 
+def is_first(reader: RecordingReader) -> bool:
+    """Returns true for a whole recording, or one that begins with its first part; false for a later part alone."""
+    return part_metadata(reader).get(NUMBER, "1") == "1" or isinstance(reader, PartedReader)
+
+
 def _require_same_session(first: RecordingReader, part: RecordingReader, number: int) -> None:
     same = part.metadata.get("session") == first.metadata.get("session")
     if not same or part_metadata(part).get(NUMBER) != str(number):
