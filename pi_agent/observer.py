@@ -84,6 +84,15 @@ class Observer:
         self.identity = seen.identity
         return self._message(seen, frame, marker_id=BLOCK)
 
+    def mark(self, frame: Frame, marker_id: int) -> MarkerCorners | None:
+        """Returns the mark of that number in a frame, whoever's turn it is; None if the rig shows no such mark."""
+        if marker_id == BLOCK:
+            return self.block(frame)
+        tracker = self._plate.get(marker_id)
+        if tracker is None:
+            return None
+        return self._message(tracker.track(frame.image, capture_ns=frame.capture_ns), frame, marker_id=marker_id)
+
     def plate(self, frame: Frame) -> list[MarkerCorners]:
         """Returns the fiducials whose turn it is: each comes `plate_rate_hz` times a second.
 

@@ -20,7 +20,7 @@ from shared.rig import RigConfig
 
 
 class PictureTracker:
-    """Tracks the mark of one rig through the pictures of one recording, in order of capture."""
+    """Tracks the marks of one rig, block and plate, through the pictures of one recording, in order of capture."""
 
     def __init__(self, rig: RigConfig, calibration_toml: str = "") -> None:
         """Takes rig file and calibration as the recording has them.
@@ -33,27 +33,27 @@ class PictureTracker:
         self._calibration = _calibration(calibration_toml) if calibration_toml else nominal(rig, **size)
         require_visible(rig, camera_m=self._calibration.camera_m[2])
         self._observer: Observer | None = None
-        self._capture_ns = 0
+        self._capture_ns = dict[int, int]()
 
     def corners(self, picture: bytes, *, like: MarkerCorners) -> MarkerCorners | None:
-        """Returns the block's corners in the picture that `like` was seen in.
+        """Returns the corners of the mark that `like` is of, in the picture that it was seen in.
 
-        It is None if it is no picture of the rig's camera.
+        It is None if it is no picture of the rig's camera, or the rig has no such mark.
 
-        Only the capture time, the exposure and the times of the rows are taken from `like`.
+        Only the mark's number, the capture time, the exposure and the times of the rows are taken from `like`.
         """
         frame = self._frame(picture, like)
         if frame is None:
             return None
-        if self._observer is None or like.capture_ns <= self._capture_ns:
-            self._observer = self._fresh(like)
-        self._capture_ns = like.capture_ns
-        return self._observer.block(frame)
+        if self._observer is None or like.capture_ns <= self._capture_ns.get(like.marker_id, 0):
+            self._observer, self._capture_ns = self._fresh(like), {}
+        self._capture_ns[like.marker_id] = like.capture_ns
+        return self._observer.mark(frame, like.marker_id)
 
     def alone(self, picture: bytes, *, like: MarkerCorners) -> MarkerCorners | None:
         """Returns the same, read without anything that earlier pictures have shown."""
         frame = self._frame(picture, like)
-        return None if frame is None else self._fresh(like).block(frame)
+        return None if frame is None else self._fresh(like).mark(frame, like.marker_id)
 
     def _fresh(self, like: MarkerCorners) -> Observer:
         return Observer(self._rig, self._info(like), calibration=self._calibration)

@@ -1,6 +1,7 @@
 """Derives from a recording what it says was derived.
 
-These are the corners from the pictures, the attitudes from the joints, and decisions and samples from the messages.
+These are the corners of the block and of the plate's fiducials from the pictures, the attitudes from the joints, and
+decisions and samples from the messages.
 
 Each part is `identical`, `different` or `not derived`. A recording is a stranger's: whoever forged all of it
 consistently, pictures included, is found out by no derivation; only a signature says who made it.
@@ -18,7 +19,7 @@ from shared.errors import UserError
 from station.app.attached import attached_rig
 from station.app.attitudes_again import attitudes_again
 from station.app.commands.check import machine_of
-from station.app.corners_again import CornersAgain, corners_again, picture_tracker
+from station.app.corners_again import CornersAgain, MarkTopic, corners_again, picture_tracker
 from station.app.described_otherwise import Otherwise, described_otherwise
 from station.app.outputs import without_nan
 from station.app.recordings import other_rule
@@ -108,14 +109,14 @@ class Verification:
 
 
 def verify(path: Path, *, keys: Path | None = None) -> Verification:
-    """Derives a recording's corners, attitudes, decisions and samples again.
+    """Derives a recording's corners, of block and plate, attitudes, decisions and samples again.
 
     Raises:
         UserError: if the file cannot be read, is damaged, or what stands beside it is no signature.
     """
     reader = open_recording(path)
     sha256 = file_sha256(path)
-    derived = (_corners(reader), _attitudes(reader), *_decisions(reader))
+    derived = (_corners(reader), _attitudes(reader), *_decisions(reader), _plate(reader))
     # Messages that are none are known once all is read.
     parts = (_content(reader), *derived)
     return Verification(path, sha256, parts, _signature(path, sha256, keys), dict(reader.malformed))
@@ -181,34 +182,46 @@ def _with_left_out(words: str, reader: RecordingReader) -> str:
 
 
 def _corners(reader: RecordingReader) -> Part:
+    found = _read_again(reader, "corners", "camera/corners")
+    if isinstance(found, CornersAgain) and found.stampless > found.pictures:
+        said = f"{found.stampless} of {found.stampless + found.pictures} pictures are of moments without corners"
+        return Part("corners", "different", found.compared, said)
+    return _part_of("corners", "camera/corners", found) if isinstance(found, CornersAgain) else found
+
+
+def _plate(reader: RecordingReader) -> Part:
+    """Compares the plate's fiducials, which come in turn: most pictures show one or two whose turn it was."""
+    found = _read_again(reader, "plate", "camera/plate")
+    return _part_of("plate", "camera/plate", found) if isinstance(found, CornersAgain) else found
+
+
+def _read_again(reader: RecordingReader, name: str, topic: MarkTopic) -> CornersAgain | Part:
     rig = attached_rig(reader)
-    if rig is None or not {"camera/image", "camera/corners"} <= reader.topics.keys():
-        return Part("corners", "not derived", 0, "the recording holds no pictures, or no rig file")
+    if rig is None or not {"camera/image", topic} <= reader.topics.keys():
+        return Part(name, "not derived", 0, f"the recording holds no pictures, no /{topic}, or no rig file")
     try:
         tracker = picture_tracker(rig, reader.attachments.get("calibration.toml", b"").decode("utf-8", "replace"))
     except UserError as error:
-        return Part("corners", "not derived", 0, str(error))
-    return _part_of(corners_again(reader, tracker))
+        return Part(name, "not derived", 0, str(error))
+    return corners_again(reader, tracker, topic=topic)
 
 
-def _part_of(found: CornersAgain) -> Part:
+def _part_of(part: str, topic: MarkTopic, found: CornersAgain) -> Part:
     read = f"{found.compared} of {found.corners} read again, in {found.compared} of {found.pictures} pictures"
-    if found.stampless > found.pictures:
-        said = f"{found.stampless} of {found.stampless + found.pictures} pictures are of moments without corners"
-        return Part("corners", "different", found.compared, said)
     if not found.compared:
-        return Part("corners", "not derived", 0, f"no picture shows the mark ({found.pictures} pictures)")
+        return Part(part, "not derived", 0, f"no picture shows the mark ({found.pictures} pictures)")
     said = f"{read}, at most {found.worst_px:.3f} px apart" + (
         f"; in {found.unseen} the mark was found then and not now" if found.unseen else ""
     )
     if unshown := found.corners - found.compared - found.unseen:
         said += f"; of {unshown} there is no picture"
+    said += "; their sigma_px does not follow from a packed picture"
     if found.first is None:
-        return Part("corners", "identical", found.compared, said)
+        return Part(part, "identical", found.compared, said)
     first = found.first
     name = f"corners_px[{first.number}]"
-    where = Mismatch("camera/corners", first.stamp_ns, name, first.recorded_px, first.derived_px)
-    return Part("corners", "different", found.compared, f"{read}; {found.different} differ", where)
+    where = Mismatch(topic, first.stamp_ns, name, first.recorded_px, first.derived_px)
+    return Part(part, "different", found.compared, f"{read}; {found.different} differ", where)
 
 
 def _attitudes(reader: RecordingReader) -> Part:

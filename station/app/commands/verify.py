@@ -1,9 +1,9 @@
 """Derives again what a recording says was derived, and says whether it is identical, or where it is not.
 
-Corners are read again from the recorded pictures, where there are any; the plate's attitudes follow once more from the
-joints, and commands, events and samples from the recorded messages, with the plan and the rig inside the recording. A
-signature beside it (`station keys sign`) says who made it. What no picture shows, and what follows from that, can be
-forged without a trace in an unsigned file.
+Corners of the block and of the plate's fiducials are read again from the recorded pictures, where there are any; the
+plate's attitudes follow once more from the joints, and commands, events and samples from the recorded messages, with
+the plan and the rig inside the recording. A signature beside it (`station keys sign`) says who made it. What no picture
+shows, and what follows from that, can be forged without a trace in an unsigned file.
 """
 
 from __future__ import annotations

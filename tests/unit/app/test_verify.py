@@ -188,7 +188,8 @@ def test_json_says_the_same(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert main(["verify", "--json", str(path)]) == 1
     told = json.loads(capsys.readouterr().out)
     assert told["holds"] is False
-    assert [part["name"] for part in told["parts"]] == ["content", "corners", "attitudes", "decisions", "samples"]
+    names = ["content", "corners", "attitudes", "decisions", "samples", "plate"]  # a new one comes last
+    assert [part["name"] for part in told["parts"]] == names
     first = told["first_difference"]
     assert (first["topic"], first["field"], first["recorded"]) == ("session/sample", "onset_angle_rad", None)
     assert told["signature"] is None
