@@ -6,7 +6,6 @@ Time runs ever slower along the plan until it stands. So no joint is faster than
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,15 +19,10 @@ STEP_NS = 20_000_000
 test in test_stopping.py), and half a second of them is encoded for ROS in 0.3 ms, a tick being 8 ms."""
 
 
-class Resting(NamedTuple):
-    """A way to rest, whose times begin at 0, and the moment of the plan, ns after its begin, at whose pose it rests."""
-
-    trajectory: JointTrajectory
-    rest_ns: int
-
-
-def resting(motion: JointTrajectory, *, from_ns: int, braking_ns: int, max_acceleration_rad_s2: Array) -> Resting:
-    """Returns the motion from one moment on, which is braked to rest from a second one on.
+def resting(
+    motion: JointTrajectory, *, from_ns: int, braking_ns: int, max_acceleration_rad_s2: Array
+) -> JointTrajectory:
+    """Returns the motion from one moment on, braked to rest from a second one on; its times begin at 0.
 
     It is braked as hard as the accelerations allow. Where the motion itself comes to rest earlier, it is left as it is.
 
@@ -40,14 +34,13 @@ def resting(motion: JointTrajectory, *, from_ns: int, braking_ns: int, max_accel
     """
     brake = _brake(motion, braking_ns, max_acceleration_rad_s2)
     if brake is None:
-        return Resting(_played(motion, from_ns, motion.duration_ns), motion.duration_ns)
+        return _played(motion, from_ns, motion.duration_ns)
     planned = _played(motion, from_ns, braking_ns)
-    way = JointTrajectory(
+    return JointTrajectory(
         times_ns=np.concatenate([planned.times_ns, planned.times_ns[-1] + brake.times_ns[1:]]),
         position_rad=np.concatenate([planned.position_rad, brake.position_rad[1:]]),
         velocity_rad_s=np.concatenate([planned.velocity_rad_s, brake.velocity_rad_s[1:]]),
     )
-    return Resting(way, braking_ns + brake.duration_ns // 2)
 
 
 def _played(motion: JointTrajectory, from_ns: int, end_ns: int) -> JointTrajectory:

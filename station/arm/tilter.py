@@ -36,9 +36,17 @@ class Tilter:
     """The planner's memory: the stage, the paths and motions already solved, and the motion that was begun last."""
 
     def __init__(
-        self, stage: TiltStage, *, limits: TiltLimits, max_angle_rad: float, scene: CollisionScene | None = None
+        self,
+        stage: TiltStage,
+        *,
+        limits: TiltLimits,
+        max_angle_rad: float,
+        settled_rad: float,
+        scene: CollisionScene | None = None,
     ) -> None:
+        """`settled_rad`: an arm whose joints are this near to a pose rests in it (the gate's own settle tolerance)."""
         self._stage = stage
+        self._settled_rad = settled_rad
         self._scene = scene
         self._limits = limits
         self._max_angle_rad = max_angle_rad
@@ -56,7 +64,8 @@ class Tilter:
         stage = settled_stage(settings, model)
         scene = CollisionScene(model, world_from_base=stage.world_from_base, obstacles=settings.obstacles)
         steepest = math.radians(min(settings.gate.max_tilt_deg, 67.5))
-        return cls(stage, limits=TiltLimits(), max_angle_rad=steepest, scene=scene)
+        settled = math.radians(settings.gate.settle_tolerance_deg)
+        return cls(stage, limits=TiltLimits(), max_angle_rad=steepest, settled_rad=settled, scene=scene)
 
     @property
     def stage(self) -> TiltStage:
@@ -72,23 +81,32 @@ class Tilter:
         """Returns the tilt path at an azimuth, solved once."""
         key = round(azimuth_rad % (2 * math.pi), 9)
         if key not in self._paths:
-            self._paths[key] = tilt_path(
-                self._stage,
-                azimuth_rad=key,
-                max_angle_rad=self._max_angle_rad,
-                touching=self._scene.touching if self._scene else None,
-            )
+            self._paths[key] = self._solved(key)
         return self._paths[key]
+
+    def _solved(self, azimuth_rad: float) -> TiltPath:
+        touching = self._scene.touching if self._scene else None
+        return tilt_path(self._stage, azimuth_rad=azimuth_rad, max_angle_rad=self._max_angle_rad, touching=touching)
 
     def locate(self, joints_rad: Array) -> None:
         """Finds the tilt at which the arm stands from `joints_rad` (n,), rad, for example after a restart in mid-tilt.
+
+        It is level, or a tilt of a path that is known already, where the arm is as near to that as to the end of a
+        motion at which it counts as arrived: the azimuth of a plate that is almost level is noise, and a plate is
+        tilted further at its own azimuth alone.
 
         Raises UserError when the arm stands in none: then it must be brought home by the maker's own means.
         """
         self._align_turns(joints_rad)
         world_from_plate = self._stage.world_from_base @ pivot_pose(self._stage.model, joints_rad)
         angle, azimuth = tilt_of_rotation(world_from_plate[:3, :3])
-        path = self.path(azimuth if angle > _LEVEL_RAD else 0.0)
+        for known in (self.path(0.0), *self._paths.values()):
+            for along in (0.0, max(angle * math.cos(azimuth - known.azimuth_rad), 0.0)):
+                if float(np.abs(known.at(np.array([along]))[0][0] - joints_rad).max()) <= self._settled_rad:
+                    self._stand(known, along)
+                    return
+        # A measured azimuth is never met again, so its path is not kept.
+        path = self._solved(azimuth % (2 * math.pi)) if angle > _LEVEL_RAD else self.path(0.0)
         away = np.abs(path.at(np.array([angle]))[0][0] - joints_rad)
         joint = int(away.argmax())
         if not away[joint] <= _LOST_RAD:
@@ -96,8 +114,11 @@ class Tilter:
                 f"The arm is not in its home pose, nor tilted from it: {self._stage.model.joints[joint].name} is "
                 f"{math.degrees(away[joint]):.1f} degrees off; move it there with the maker's own tool."
             )
+        self._stand(path, angle)
+
+    def _stand(self, path: TiltPath, angle_rad: float) -> None:
         self._path, self._motion = path, None
-        self._rest = TiltState(angle_rad=angle if angle > _LEVEL_RAD else 0.0)
+        self._rest = TiltState(angle_rad=angle_rad)
 
     def forget(self) -> None:
         """Notes that the arm may stand anywhere: `locate` finds out."""
@@ -162,10 +183,10 @@ class Tilter:
         """Notes that the planned motion has begun."""
         self._motion, self._path = plan.motion, plan.motion.path
 
-    def halt(self, *, elapsed_ns: int) -> None:
-        """Notes that the motion has ended, or was halted, this long after it began."""
-        self._rest = TiltState(angle_rad=self.state(elapsed_ns).angle_rad)
-        self._motion = None
+    def arrive(self) -> None:
+        """Notes that the motion has come to its end."""
+        if self._motion is not None:
+            self._rest, self._motion = self._motion.goal, None
 
 
 def settled_model(settings: ArmSettings) -> ArmModel:

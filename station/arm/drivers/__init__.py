@@ -61,11 +61,8 @@ class Driver(Protocol):
         """Begins a motion now; it replaces a motion under way."""
         ...
 
-    def halt(self, *, now_ns: int) -> int:
-        """Stops at once and holds; it is allowed at any time, also when nothing moves.
-
-        Returns the time of the motion, ns, that still passes while the arm brakes on its path; 0 where it does not.
-        """
+    def halt(self, *, now_ns: int) -> None:
+        """Stops at once and holds; it is allowed at any time, also when nothing moves."""
         ...
 
     def tick(self, now_ns: int) -> None:

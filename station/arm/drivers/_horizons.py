@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from station.arm.stopping import Resting, resting
+from station.arm.stopping import resting
 from station.arm.trajectory import JointTrajectory
 
 HORIZON_NS = 500_000_000
@@ -45,26 +45,22 @@ class Horizons:
         silent_ns = now_ns - self._told_ns
         return silent_ns * 1e-9 if self._motion is not None and silent_ns >= HORIZON_NS else 0.0
 
-    def halted(self, now_ns: int) -> tuple[JointTrajectory, int] | None:
-        """Ends the motion; returns the way from where it is now to rest, and the time of the plan on that way, ns.
-
-        None where nothing moves.
-        """
+    def halted(self, now_ns: int) -> JointTrajectory | None:
+        """Ends the motion; returns the way from where it is now to rest, and None where nothing moves."""
         self._motion = None
         elapsed_ns = now_ns - self._told_ns
         if self._told is None or elapsed_ns >= self._told.duration_ns:
             return None
-        rest = self._tell(self._told, elapsed_ns, elapsed_ns, now_ns)
-        return rest.trajectory, rest.rest_ns - elapsed_ns
+        return self._tell(self._told, elapsed_ns, elapsed_ns, now_ns)
 
     def _next(self, motion: JointTrajectory, now_ns: int) -> JointTrajectory:
         elapsed_ns = now_ns - self._began_ns
         if elapsed_ns + HORIZON_NS >= motion.duration_ns:
             self._motion = None  # the horizon reaches its end, and there is no more to tell
-        return self._tell(motion, elapsed_ns, elapsed_ns + HORIZON_NS, now_ns).trajectory
+        return self._tell(motion, elapsed_ns, elapsed_ns + HORIZON_NS, now_ns)
 
-    def _tell(self, motion: JointTrajectory, from_ns: int, braking_ns: int, now_ns: int) -> Resting:
+    def _tell(self, motion: JointTrajectory, from_ns: int, braking_ns: int, now_ns: int) -> JointTrajectory:
         limit = self._limit
         told = resting(motion, from_ns=from_ns, braking_ns=braking_ns, max_acceleration_rad_s2=limit)
-        self._told, self._told_ns = told.trajectory, now_ns
+        self._told, self._told_ns = told, now_ns
         return told

@@ -126,13 +126,12 @@ class Ros1Arm:
             velocities=trajectory.velocity_rad_s.tolist(),
         )
 
-    def halt(self, *, now_ns: int) -> int:
+    def halt(self, *, now_ns: int) -> None:
         """Cancels every goal, also those of an earlier life of this program."""
         self._now_ns = max(self._now_ns, now_ns)
         self._goal += 1  # later news of the halted goal are of no interest
         self._asked_ns = None
         self._send(cancel=True)
-        return 0
 
     def tick(self, now_ns: int) -> None:
         """Takes in what the bridge has said; a goal without an answer in time becomes a fault."""

@@ -143,13 +143,10 @@ class Ros2Arm:
         self._ahead_ns = None if robot_ns is None else now_ns - robot_ns
         self._publish(self._horizons.begin(trajectory, now_ns=now_ns), now_ns=now_ns)
 
-    def halt(self, *, now_ns: int) -> int:
+    def halt(self, *, now_ns: int) -> None:
         """Publishes the way to rest from where the arm was told to be now; nothing when it was told to rest."""
-        if (halted := self._horizons.halted(now_ns)) is None:
-            return 0
-        rest, passed_ns = halted
-        self._publish(rest, now_ns=now_ns)
-        return passed_ns
+        if (rest := self._horizons.halted(now_ns)) is not None:
+            self._publish(rest, now_ns=now_ns)
 
     def _point(self, time_ns: int, position: Array, velocity: Array) -> Any:
         seconds, nanoseconds = divmod(time_ns, 1_000_000_000)

@@ -50,11 +50,10 @@ class ServoStage:
         self._motion, self._began_ns, self._fault = trajectory, now_ns, ""
         self._followed = self._stopping = False
 
-    def halt(self, *, now_ns: int) -> int:
+    def halt(self, *, now_ns: int) -> None:
         """Stops the stage where it is; it is no longer armed."""
         self._motion, self._stopping = None, True
         self._say(now_ns, "S")
-        return 0
 
     def tick(self, now_ns: int) -> None:
         """Takes in what the stage says, and sends the next set-point or stop once that is due."""

@@ -100,12 +100,11 @@ class SimulatedArm:
         """Begins to play the trajectory at `now_ns`."""
         self._motion, self._began_ns = trajectory, now_ns
 
-    def halt(self, *, now_ns: int) -> int:
+    def halt(self, *, now_ns: int) -> None:
         """Halts as `Driver.halt` says: the set-point stays where it is."""
         if self._motion is not None:
             self._hold(self._motion.at(now_ns - self._began_ns)[0])
             self._send_held(now_ns)
-        return 0
 
     def tick(self, now_ns: int) -> None:
         """Sends the trajectory's set-point of this moment.

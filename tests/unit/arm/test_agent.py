@@ -9,7 +9,6 @@ import pytest
 
 from shared.geometry import tilt_of
 from shared.messages import Heartbeat, JointState, MotionReport, PlatformState
-from station.arm.drivers.simulated import SimulatedArm
 from station.arm.kinematics import pivot_pose
 from station.arm.tilt_path import TiltStage, tilt_path
 from station.rig.arm_settings import ArmSettings
@@ -174,32 +173,6 @@ def test_an_emergency_stop_halts_within_a_tick_and_stays(rig: FakeRig) -> None:
     rig.bus.publish("session/heartbeat", Heartbeat(rig.clock.now_ns(), armed=False))
     rig.advance(0.2)
     assert rig.command(0).accepted
-
-
-class BrakingArm(SimulatedArm):
-    """An arm that takes the next tenth of a second of its motion to brake."""
-
-    def halt(self, *, now_ns: int) -> int:
-        return super().halt(now_ns=now_ns + BRAKING_NS) + BRAKING_NS
-
-
-def test_an_arm_that_brakes_goes_on_from_where_it_rests(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("station.arm.drivers.simulated.SimulatedArm", BrakingArm)
-    rig = FakeRig(ArmSettings())
-    rig.advance(0.2)
-    rig.command(20)
-    rig.advance(1.0)
-    rig.stop("operator")
-    rig.advance(0.5)
-    rests = rig.position
-    rig.advance(0.2, armed=False)
-    rig.advance(0.2)
-    assert rig.command(20).accepted
-    rig.advance(0.02)
-    np.testing.assert_allclose(rig.position, rests, rtol=0, atol=1e-4)
-
-
-BRAKING_NS = 100_000_000
 
 
 def test_an_arm_that_is_pushed_away_is_stopped_and_named(rig: FakeRig) -> None:

@@ -31,11 +31,10 @@ class Robot:
         if told is not None:
             self.told, self.heard_ns = told, self.now_ns
 
-    def halt(self) -> int:
-        halted = self.horizons.halted(self.now_ns)
-        assert halted is not None
-        self.hear(halted[0])
-        return halted[1]
+    def halt(self) -> None:
+        rest = self.horizons.halted(self.now_ns)
+        assert rest is not None
+        self.hear(rest)
 
     def run(self, until_ns: int) -> None:
         while self.now_ns < BEGAN_NS + until_ns:
@@ -86,9 +85,9 @@ def test_a_halt_brakes_from_where_the_arm_was_told_to_be(stage: TiltStage, motio
     robot = Robot(stage, motion)
     robot.run(at_ns)
     before, velocity = robot.told.at(robot.now_ns - robot.heard_ns)
-    passing_ns = robot.halt()
+    robot.halt()
     np.testing.assert_allclose(robot.where(), before, rtol=0, atol=1e-9)
-    rest = motion.at(robot.now_ns - BEGAN_NS + passing_ns)[0]
+    rest = motion.at(robot.now_ns - BEGAN_NS + robot.told.duration_ns // 2)[0]
     np.testing.assert_allclose(robot.where(later_ns=HORIZON_NS), rest, rtol=0, atol=1e-5)
     assert ((robot.told.position_rad - before) @ velocity >= -1e-12).all()
     assert robot.told.duration_ns < RENEWAL_NS

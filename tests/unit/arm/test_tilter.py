@@ -24,7 +24,7 @@ def tilter() -> Tilter:
 def carried_out(tilter: Tilter, angle_rad: float, *, direction: int = 0, rate_rad_s: float = RATE_RAD_S) -> Plan:
     plan = tilter.plan(TiltCommand(direction=direction, angle_rad=angle_rad), elapsed_ns=0, rate_rad_s=rate_rad_s)
     tilter.begin(plan)
-    tilter.halt(elapsed_ns=plan.motion.trajectory.duration_ns)
+    tilter.arrive()
     return plan
 
 
@@ -70,3 +70,13 @@ def test_a_motion_ends_exactly_where_it_was_to(tilter: Tilter) -> None:
     motion = carried_out(tilter, 0.1234).motion
     assert motion.state(motion.trajectory.duration_ns).angle_rad == 0.1234
     assert float(motion.profile.at(motion.profile.duration_s)[0]) == pytest.approx(0.1234, abs=1e-12)
+
+
+def test_an_arm_near_a_known_path_is_located_on_it(tilter: Tilter) -> None:
+    """A plate that is almost level has hardly an azimuth, and one at an azimuth of its own is only levelled."""
+    for angle_rad in (0.0, 0.002, 0.4):
+        place = tilter.path(math.pi / 2).at(np.array([angle_rad]))[0][0]
+        tilter.forget()
+        tilter.locate(place + math.radians(0.03) * np.array([1, -1, 1, -1, 1, -1]))
+        plan = tilter.plan(TiltCommand(direction=1, angle_rad=0.5), elapsed_ns=0, rate_rad_s=RATE_RAD_S)
+        np.testing.assert_allclose(plan.motion.trajectory.position_rad[0], place, rtol=0, atol=math.radians(0.3))
