@@ -59,9 +59,8 @@ class ArmAgent:
         return ArmReply(accepted=True)
 
     def stop(self, reason: str) -> None:
-        """Stops the arm at once, by the bus or by a signal, until the next session arms it."""
+        """Stops the arm with the next tick, by the bus or by a signal, until the next session arms it."""
         self._lease.stop(reason)
-        self._motions.halt(f"emergency stop: {reason or 'no reason given'}")
 
     def _on_command(self, message: Message) -> ArmReply:
         if not isinstance(message, TiltCommand):
@@ -80,8 +79,13 @@ class ArmAgent:
     # --- time ---------------------------------------------------------------------------------------------------------
 
     def tick(self, now_ns: int) -> None:
-        """Does everything that is due at `now_ns`: begins what was accepted, watches, drives, publishes."""
+        """Does everything that is due at `now_ns`: stops, begins what was accepted, drives, watches, publishes.
+
+        All that moves the arm is done here, for this moment: requests come at other times, and only say what is wanted.
+        """
         self._moment.now_ns = now_ns
+        if self._gate.stopped:
+            self._motions.halt(f"emergency stop: {self._gate.stopped}")
         self._motions.begin_waiting()
         self._motions.revoke()
         self._driver.tick(now_ns)
@@ -107,13 +111,16 @@ class ArmAgent:
             motions.level(verdict.reason)
 
     def _lose(self, fault: str) -> None:
-        """Halts an arm that does not do its part; at rest, too, that is said."""
-        if not self._motions.under_way:
+        """Halts an arm that does not do its part; one that rests may be commanded again, which ends the fault."""
+        if self._motions.under_way:
+            self._motions.halt(fault)
+        else:
             self._announce.once(fault)
-        self._motions.halt(fault)
+            self._tilter.forget()
 
-    def close(self) -> None:
-        """Holds the arm and lets go of the driver."""
+    def close(self, *, now_ns: int | None = None) -> None:
+        """Holds the arm, now or else as of the last tick, and lets go of the driver."""
+        self._moment.now_ns = self._moment.now_ns if now_ns is None else now_ns
         self._motions.halt("the arm agent ends")
         self._driver.close()
 

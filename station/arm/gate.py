@@ -113,7 +113,7 @@ class SafetyGate:
     def stop(self, reason: str, *, now_ns: int) -> None:
         """Puts an emergency stop in force, until a session arms the arm that has claimed it, or disarmed, since."""
         self._see(now_ns)
-        self._stopped, self._acknowledged = reason or "emergency stop", None
+        self._stopped, self._acknowledged = reason or "no reason given", None
 
     # --- what is allowed ----------------------------------------------------------------------------------------------
 
@@ -145,9 +145,18 @@ class SafetyGate:
         return "" if self._armed else "the session has disarmed the arm"
 
     def check(
-        self, trajectory: JointTrajectory, *, now_ns: int, reading: JointReading | None, own_order: bool = False
+        self,
+        trajectory: JointTrajectory,
+        *,
+        now_ns: int,
+        reading: JointReading | None,
+        commanded: Array | None = None,
+        own_order: bool = False,
     ) -> str:
         """Returns the reason why this trajectory may not start now; empty when it may.
+
+        `commanded` (n,) is where the joints should be now, rad, or None at rest: what is under way goes on from there,
+        and `watch` sees whether the arm follows.
 
         Holding and levelling after a lost heartbeat are the gate's own orders: they need no arming, and obey all
         other rules.
@@ -158,7 +167,7 @@ class SafetyGate:
             return f"The arm is stopped ({self._stopped}): disarm and arm it again to go on."
         if fault := self._trajectory_fault(trajectory):
             return f"The motion is refused: {fault}."
-        return self._start_fault(trajectory, reading)
+        return self._start_fault(trajectory, reading, commanded)
 
     def _trajectory_fault(self, trajectory: JointTrajectory) -> str:
         """Returns the fault of `trajectory_fault`; a motion with the very numbers of one that was found right is right.
@@ -174,10 +183,10 @@ class SafetyGate:
             self._found_right.put(numbers, True)
         return fault
 
-    def _start_fault(self, trajectory: JointTrajectory, reading: JointReading | None) -> str:
+    def _start_fault(self, trajectory: JointTrajectory, reading: JointReading | None, commanded: Array | None) -> str:
         if reading is None or self._silent():
             return "The arm does not report its joints: check its power, cable and driver."
-        away = np.abs(trajectory.position_rad[0] - reading.position_rad)
+        away = np.abs(trajectory.position_rad[0] - (reading.position_rad if commanded is None else commanded))
         joint = int(np.argmax(np.nan_to_num(away, nan=np.inf)))
         if not away[joint] <= math.radians(self._settings.start_tolerance_deg):
             return (

@@ -69,4 +69,4 @@ def run(agent: ArmAgent, *, bus: Bus, clock: Clock, requests: Requests, rate_hz:
             agent.tick(clock.now_ns())
             due_ns = max(due_ns + period_ns, now_ns)
     finally:
-        agent.close()
+        agent.close(now_ns=clock.now_ns())

@@ -72,20 +72,25 @@ class Motions:
         self._moment, self._announce = moment, announce
         self._tilter, self._driver, self._gate = tilter, driver, gate
         self._settings = settings
-        self._waiting: tuple[Order, Plan] | None = None
+        self._waiting: Order | None = None
         self._motion: Motion | None = None
         self._levelled_ns: int | None = None
 
     def accept(self, command: TiltCommand) -> None:
-        """Takes a command, which begins with the next tick; raises UserError with the reason of a refusal."""
+        """Takes a command, which begins with the next tick; raises UserError with the reason of a refusal.
+
+        Its plan from where the arm was at the last tick says whether it may be, and is planned anew from where the arm
+        is when it begins.
+        """
         rate = command.rate_rad_s or math.radians(self._settings.rate_deg_s)
         order = Order(command=command, rate_rad_s=rate)
-        self._waiting = order, self._planned(order)
+        self._planned(order)
+        self._waiting = order
 
     def _planned(self, order: Order) -> Plan:
         """Returns the plan of an order from where the arm is now; raises UserError where it may not be carried out."""
-        now_ns, reading = self._moment.now_ns, self._moment.reading
-        if not order.own and (reason := self._gate.readiness(now_ns=now_ns, owner=order.command.owner)):
+        now_ns, gate = self._moment.now_ns, self._gate
+        if not order.own and (reason := gate.readiness(now_ns=now_ns, owner=order.command.owner)):
             raise UserError(reason)
         self._locate()
         elapsed_ns = now_ns - self._motion.began_ns if self._motion else 0
@@ -93,7 +98,9 @@ class Motions:
             plan = self._tilter.plan_hold(elapsed_ns=elapsed_ns)
         else:
             plan = self._tilter.plan(order.command, elapsed_ns=elapsed_ns, rate_rad_s=order.rate_rad_s)
-        if reason := self._gate.check(plan.motion.trajectory, now_ns=now_ns, reading=reading, own_order=order.own):
+        trajectory, reading = plan.motion.trajectory, self._moment.reading
+        where = self._where(now_ns)
+        if reason := gate.check(trajectory, now_ns=now_ns, reading=reading, commanded=where, own_order=order.own):
             raise UserError(reason)
         return plan
 
@@ -108,15 +115,14 @@ class Motions:
         self._tilter.locate(reading.position_rad)
 
     def begin_waiting(self) -> None:
-        """Begins what waits, or says to its session that it never will."""
-        waiting, self._waiting = self._waiting, None
-        if waiting is None:
+        """Begins what waits, planned from where the arm is by now, or says to its session that it never will."""
+        order, self._waiting = self._waiting, None
+        if order is None:
             return
-        order, plan = waiting
-        if reason := self._gate.readiness(now_ns=self._moment.now_ns, owner=order.command.owner):
-            self._never(order, reason)
-        else:
-            self._begin(order, plan, why=REPLACED)
+        try:
+            self._begin(order, self._planned(order), why=REPLACED)
+        except UserError as refused:
+            self._never(order, str(refused))
 
     def _begin(self, order: Order, plan: Plan, *, why: str) -> None:
         """Begins a motion; one under way ends, for the reason `why`."""
@@ -177,9 +183,9 @@ class Motions:
             self._driver.halt(now_ns=self._moment.now_ns)
             self._report(motion, end_ns=self._moment.now_ns, fault=reason)
             self._announce.log(ERROR, f"motion stopped: {reason}")
-        waiting, self._waiting = self._waiting, None
-        if waiting is not None:
-            self._never(waiting[0], reason)
+        order, self._waiting = self._waiting, None
+        if order is not None:
+            self._never(order, reason)
 
     def finish(self) -> None:
         """Ends the motion once the arm has arrived and rests, or says that it has not."""
@@ -199,11 +205,13 @@ class Motions:
 
     def commanded(self) -> Array | None:
         """Returns the joint angles (n,) that were commanded for the moment of the reading; None when nothing moves."""
-        motion, reading = self._motion, self._moment.reading
-        if motion is None or reading is None:
-            return None
-        elapsed = min(reading.stamp_ns, self._moment.now_ns) - motion.began_ns
-        return motion.plan.motion.trajectory.at(elapsed)[0]
+        reading, now_ns = self._moment.reading, self._moment.now_ns
+        return None if reading is None else self._where(min(reading.stamp_ns, now_ns))
+
+    def _where(self, moment_ns: int) -> Array | None:
+        """Returns where the joints should be at a moment, (n,), rad; None when nothing moves."""
+        motion = self._motion
+        return None if motion is None else motion.plan.motion.trajectory.at(moment_ns - motion.began_ns)[0]
 
     @property
     def under_way(self) -> bool:

@@ -165,9 +165,10 @@ def test_an_emergency_stop_halts_within_a_tick_and_stays(rig: FakeRig) -> None:
     rig.command(40)
     rig.advance(1.5)
     assert rig.stop("operator").accepted
+    rig.advance(0.02)  # the tick, and the next reading, which shows it
     at_stop = tilt_deg(rig)
     rig.advance(8)
-    assert tilt_deg(rig) == pytest.approx(at_stop, abs=0.15)  # one tick at 10 degrees/s
+    assert tilt_deg(rig) == pytest.approx(at_stop, abs=1e-6)
     assert rig.reports[-1].fault == "emergency stop: operator"
     assert "stopped (operator)" in rig.command(0).reason
     rig.bus.publish("session/heartbeat", Heartbeat(rig.clock.now_ns(), armed=False))

@@ -236,6 +236,13 @@ def test_a_motion_must_begin_where_the_arm_is(stage: TiltStage, good: JointTraje
     assert gate.check(good, now_ns=START_NS, reading=nonsense)
 
 
+def test_a_motion_in_place_of_another_must_go_on_from_there(stage: TiltStage, good: JointTrajectory) -> None:
+    gate, behind = armed_gate(stage), reading(stage, position=stage.home_rad + 0.1)
+    assert gate.check(good, now_ns=START_NS, reading=behind, commanded=stage.home_rad) == ""
+    elsewhere = stage.home_rad + 0.1
+    assert "from where" in gate.check(good, now_ns=START_NS, reading=reading(stage), commanded=elsewhere)
+
+
 def test_a_clock_that_steps_back_refuses_and_halts(stage: TiltStage, good: JointTrajectory) -> None:
     gate = armed_gate(stage)
     assert "stepped back" in gate.check(good, now_ns=START_NS - 1, reading=reading(stage))
