@@ -31,6 +31,8 @@ class EmulatedStage:
     us_per_90: int = 900
     fastest: int = FASTEST
     placed: bool = False
+    names: bool = True
+    """Its sketch knows that a board's life has a name."""
     pressed: bool = False
     """The stop button."""
     state: str = IDLE
@@ -43,16 +45,22 @@ class EmulatedStage:
         self.at = self.at or [0] * self.axes
         self.goal, self.speed = list(self.at), [0] * self.axes
         self.now_ms = self.heard_ms = 0
-        self.lines = Lines()
+        self.lines, self.life = Lines(), 0
+
+    def restart(self) -> None:
+        """Begins a new life: it knows of nothing, wherever its plate stands."""
+        self.at, self.goal, self.speed = ([0] * self.axes for _ in range(3))
+        self.state, self.number, self.placed, self.life = IDLE, 0, False, 0
 
     def hear(self, data: bytes) -> None:
         """Obeys what has come."""
         for words in self.lines.take(data):
-            kind = words[0][0]
+            kind, life = words[0][0], int(words[1]) if self.names and len(words) > 1 else 0
             if kind == "?":
+                self.life = life
                 limits = (number for _ in range(self.axes) for number in (-self.limit, self.limit))
-                self.said += line("I", VERSION, self.axes, int(self.placed), *limits)
-            elif kind == "A" and self.state != FOLLOWING and not self.pressed:
+                self.said += line("I", VERSION, self.axes, int(self.placed), *limits, *self.named())
+            elif kind == "A" and life == self.life and self.state != FOLLOWING and not self.pressed:
                 self.goal, self.state, self.placed, self.heard_ms = list(self.at), FOLLOWING, True, self.now_ms
             elif kind == "S":
                 self.stop()
@@ -76,7 +84,11 @@ class EmulatedStage:
             self.mind(self.now_ms - self.heard_ms)
             self.move()
             places = (number for pair in zip(self.places(), self.speed, strict=True) for number in pair)
-            self.said += line("P", self.state, self.number, *places)
+            self.said += line("P", self.state, self.number, *places, *self.named())
+
+    def named(self) -> list[int]:
+        """The name of its life, if it was given one."""
+        return [self.life] if self.life else []
 
     def mind(self, silent_ms: int) -> None:
         if self.pressed:

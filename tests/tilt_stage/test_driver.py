@@ -23,7 +23,7 @@ from shared.messages import ArmReply, ArmStop, Heartbeat, Message, MotionReport,
 from shared.rig import load_rig
 from station.__main__ import main as station
 from station.arm.agent import arm_agent
-from station.arm.drivers._servo_lines import FOLLOWING, IDLE, PER_DEGREE
+from station.arm.drivers._servo_lines import FOLLOWING, IDLE, PER_DEGREE, line
 from station.rig.arm_settings import ArmSettings
 from tests.tilt_stage.emulated import EmulatedStage, Served, answering, opened
 
@@ -87,8 +87,8 @@ class Bench:
 
 
 @contextmanager
-def bench(*, armed: bool = True) -> Generator[Bench]:
-    with opened(EmulatedStage()) as pty:
+def bench(*, armed: bool = True, stage: EmulatedStage | None = None) -> Generator[Bench]:
+    with opened(stage or EmulatedStage()) as pty:
         made = Bench(pty, armed=armed)
         try:
             yield made
@@ -211,6 +211,88 @@ def test_after_a_freeze_in_which_the_stage_has_levelled_it_goes_on_from_where_it
         rig.until(lambda: len(rig.reports) == before + 2)
         assert rig.reports[-1].fault == ""
         assert rig.tilt_deg == pytest.approx(35, abs=0.1)
+
+
+class Thrown(EmulatedStage):
+    """A stage whose plate stays where it was when its board starts anew, and is thrown to where that believes it is."""
+
+    stood: list[int] | None = None
+    thrown = False
+
+    def restart(self) -> None:
+        self.stood = list(self.at)
+        super().restart()
+
+    def move(self) -> None:
+        super().move()
+        self.thrown = self.thrown or (self.stood is not None and self.state == FOLLOWING and self.at != self.stood)
+
+
+def seconds(rig: Bench, seconds: float) -> None:
+    end_ns = rig.clock.now_ns() + round(seconds * 1e9)
+    rig.until(lambda: rig.clock.now_ns() >= end_ns, seconds=seconds + 1)
+
+
+@pytest.mark.parametrize("names", [True, False])
+@pytest.mark.parametrize("moving", [True, False])
+def test_a_board_that_starts_anew_throws_no_plate(names: bool, moving: bool) -> None:
+    with bench(stage=Thrown(names=names)) as rig:
+        assert isinstance(rig.stage, Thrown)
+        rig.tilt(30)
+        rig.until((lambda: rig.tilt_deg > 15) if moving else (lambda: len(rig.reports) == 2))
+        rig.stage.restart()
+        for _ in range(3):
+            seconds(rig, 0.5)
+            reply = rig.tilt(20)
+            assert not reply.accepted
+            assert "started anew" in reply.reason
+            assert "put it level by hand" in reply.reason
+        rig.beats = False
+        seconds(rig, 10)
+        assert not rig.stage.thrown
+
+
+def test_a_board_that_starts_anew_and_measures_its_angles_goes_on() -> None:
+    class Measuring(EmulatedStage):
+        def restart(self) -> None:
+            at = list(self.at)
+            super().restart()
+            self.at, self.goal, self.placed = at, list(at), True
+
+    with bench(stage=Measuring(placed=True)) as rig:
+        rig.tilt(30)
+        rig.until(lambda: len(rig.reports) == 2)
+        rig.stage.restart()
+        seconds(rig, 0.5)
+        assert rig.tilt(20).accepted
+        rig.until(lambda: len(rig.reports) == 4)
+        assert rig.reports[-1].fault == ""
+        assert rig.tilt_deg == pytest.approx(20, abs=0.1)
+
+
+def test_the_next_agent_goes_on_with_a_board_that_has_lived_on() -> None:
+    with bench() as rig:
+        rig.tilt(20)
+        rig.until(lambda: len(rig.reports) == 2)
+        rig.agent.close()
+        rig.stage.now_ms = rig.stage.heard_ms = 0  # the next bench's time begins anew
+        again = Bench(rig.pty)
+        assert again.tilt(0).accepted
+        again.until(lambda: len(again.reports) == 2)
+        assert again.reports[-1].fault == ""
+
+
+def test_a_life_is_armed_by_its_name_alone() -> None:
+    """The word to arm may reach a board that has just started anew."""
+    stage = EmulatedStage()
+    stage.hear(line("?", 7))
+    stage.hear(line("A", 7))
+    assert stage.state == FOLLOWING
+    stage.restart()
+    stage.hear(line("A", 7))
+    assert stage.state == IDLE
+    stage.hear(line("?") + line("A"))  # a driver from before lives had names
+    assert stage.state == FOLLOWING
 
 
 def test_a_rig_file_for_a_stage_lies_beside_the_sketch_and_is_one() -> None:

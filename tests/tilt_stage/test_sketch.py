@@ -84,9 +84,10 @@ def hostile() -> list[bytes | int | bool]:
         [*tilting(30.0), 40_000, line("?")],
         [*tilting(30.0), line("S"), 20_000, line("A"), 20_600],
         [*tilting(30.0), True, 1600, line("A"), 1700, False, line("A"), 1900],
+        [line("?", 2**30), 50, line("A"), 100, line("A", 7), 150, line("A", 2**30), *tilting(5.0)[1:], line("?"), 500],
         hostile(),
     ],
-    ids=["unarmed", "forsaken", "stopped", "button", "hostile"],
+    ids=["unarmed", "forsaken", "stopped", "button", "named", "hostile"],
 )
 def test_the_sketch_and_the_emulator_are_the_same_stage(sketch: Path, script: Script) -> None:
     said = compiled(sketch, script)

@@ -32,6 +32,7 @@ char state = 'I';                                   // Idle, Following, Held, Le
 bool placed = false;                                // it knows how it stands
 bool driven = false;                                // its servos get pulses
 long number = 0;                                    // of the last set-point that it took
+long life = 0;                                      // the driver's name for this life of the board; 0: it has none
 long at[2], goal[2], speed_[2];
 unsigned long heard = 0, stepped = 0;
 
@@ -68,12 +69,17 @@ void say(char *body) {
   Serial.print(tail);
 }
 
+void name(char *body, int count, int room) {
+  if (life) snprintf(body + count, room - count, " %ld", life);
+}
+
 void report() {
   char body[80];
   int count = snprintf(body, sizeof body, "P %c %ld", state, number);
   for (int i = 0; i < AXES; i++) {
     count += snprintf(body + count, sizeof body - count, " %ld %ld", place(i), speed_[i]);
   }
+  name(body, count, sizeof body);
   say(body);
 }
 
@@ -81,6 +87,7 @@ void introduce() {
   char body[80];
   int count = snprintf(body, sizeof body, "I 1 %d %d", AXES, placed ? 1 : 0);
   for (int i = 0; i < AXES; i++) count += snprintf(body + count, sizeof body - count, " %ld %ld", -LIMIT, LIMIT);
+  name(body, count, sizeof body);
   say(body);
 }
 
@@ -91,7 +98,8 @@ void stop() {
   state = 'I';
 }
 
-void arm() {
+void arm(long wanted) {
+  if (wanted != life) return;                       // it was meant for a life before, whose plate stood elsewhere
   if (state == 'F' || digitalRead(STOP_PIN) == LOW) return;
   for (int i = 0; i < AXES; i++) {
     if (SENSOR_PIN[i] >= 0 && !driven) at[i] = place(i);
@@ -126,8 +134,11 @@ void obey(char *line, int count) {
   int star = count - 5;
   if (star < 1 || line[star] != '*' || strtoul(line + star + 1, NULL, 16) != crc(line, star)) return;
   line[star] = 0;
-  if (line[0] == '?') introduce();
-  if (line[0] == 'A') arm();
+  if (line[0] == '?') {
+    life = strtol(line + 1, NULL, 10);
+    introduce();
+  }
+  if (line[0] == 'A') arm(strtol(line + 1, NULL, 10));
   if (line[0] == 'S') stop();
   if (line[0] == 'T') follow(line + 1);
 }

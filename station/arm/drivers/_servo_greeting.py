@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import secrets
 import time
 from dataclasses import dataclass
 
@@ -23,18 +24,25 @@ class ServoOptions:
     level_by_hand: bool = False
 
 
-def greeted(link: ByteLink, taken: lines.Lines, options: ServoOptions) -> lines.Hello:
+def new_life() -> int:
+    """Returns a name for the board's life, which is no other's: 1 to 2**30."""
+    return 1 + secrets.randbelow(2**30)
+
+
+def greeted(link: ByteLink, taken: lines.Lines, options: ServoOptions, *, life: int) -> lines.Hello:
     """Asks the stage what it is, until it answers; `taken` keeps what the line has brought besides.
+
+    The board gets the name `life`, which it forgets when it starts anew.
 
     Raises:
         UserError: if nothing answers as a stage within `answer_timeout_s`.
     """
     for turn in range(max(1, round(options.answer_timeout_s / _LISTEN_S))):
         if turn % _ASK_EVERY == 0:
-            link.write(lines.line("?"))
+            link.write(lines.line("?", life))
         time.sleep(_LISTEN_S)
         for words in taken.take(link.read()):
-            if answer := lines.hello(words):
+            if (answer := lines.hello(words)) and answer.life in (life, 0):
                 return answer
     raise UserError(
         f"Expected a tilt stage at {options.port}, but nothing there answers as one within "

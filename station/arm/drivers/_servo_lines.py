@@ -21,21 +21,29 @@ _LONGEST = 512
 
 @dataclass(frozen=True, slots=True)
 class Hello:
-    """A stage's answer to `?`: the limits of each axis (1e-6 degrees), and whether it knows how it stands."""
+    """A stage's answer to `?`: the limits of each axis (1e-6 degrees), and whether it knows how it stands.
+
+    `life` is the name that it was asked by; 0 of a board with a sketch from before lives had names.
+    """
 
     version: int
     placed: bool
     limits: tuple[tuple[int, int], ...]
+    life: int = 0
 
 
 @dataclass(frozen=True, slots=True)
 class StageReport:
-    """A stage's report: its state, the number of the set-point that it took last, angles and speeds per axis."""
+    """A stage's report: its state, the number of the set-point that it took last, angles and speeds per axis.
+
+    `life` is the name of the board's life; 0 while it has been given none.
+    """
 
     state: str
     number: int
     angles: tuple[int, ...]
     speeds: tuple[int, ...]
+    life: int = 0
 
 
 def line(*words: object) -> bytes:
@@ -65,19 +73,20 @@ def _words(raw: bytes) -> list[str]:
 
 
 def hello(words: list[str]) -> Hello | None:
-    """Returns the answer to `?` in the words `I version axes placed lower upper…`; None if they are something else."""
+    """Returns the answer to `?` in `I version axes placed lower upper… [life]`; None if they are something else."""
     numbers = _numbers(words[1:]) if words[0] == "I" else []
-    if len(numbers) < 3 or len(numbers) != 3 + 2 * numbers[1]:
+    if len(numbers) < 3 or (end := 3 + 2 * numbers[1]) not in (len(numbers), len(numbers) - 1):
         return None
-    return Hello(numbers[0], bool(numbers[2]), tuple(zip(numbers[3::2], numbers[4::2], strict=True)))
+    limits = tuple(zip(numbers[3:end:2], numbers[4:end:2], strict=True))
+    return Hello(numbers[0], bool(numbers[2]), limits, *numbers[end:])
 
 
 def stage_report(words: list[str], *, axes: int) -> StageReport | None:
-    """Returns the report in the words `P state number angle speed…`; None if they are something else."""
+    """Returns the report in the words `P state number angle speed… [life]`; None if they are something else."""
     numbers = _numbers(words[2:]) if words[0] == "P" else []
-    if len(numbers) != 1 + 2 * axes:
+    if (end := 1 + 2 * axes) not in (len(numbers), len(numbers) - 1):
         return None
-    return StageReport(words[1], numbers[0], tuple(numbers[1::2]), tuple(numbers[2::2]))
+    return StageReport(words[1], numbers[0], tuple(numbers[1:end:2]), tuple(numbers[2:end:2]), *numbers[end:])
 
 
 def _numbers(words: list[str]) -> list[int]:

@@ -7,6 +7,9 @@ The stage is only read until a motion has passed the gate. Set-points follow eac
 (stop) are said until the stage has obeyed, so a damaged line delays and does no more. By itself the stage refuses what
 is beyond its own limits or a jump, holds when it hears nothing for half a second, and levels 5 s later. The angles are
 those that its sensors measure or, where it has none, those that its servos are told to take.
+
+A board that starts anew (its supply broke down, its plug was loose) takes its plate for level, wherever it stands, and
+would throw it there. So it is a new stage, which is greeted again, and `level_by_hand` was said of the one before.
 """
 
 from __future__ import annotations
@@ -18,11 +21,12 @@ from shared.config import parse
 from shared.errors import UserError
 from station.arm.drivers import DriverLink, JointReading
 from station.arm.drivers import _servo_lines as lines
-from station.arm.drivers._servo_greeting import ServoOptions, greeted, require_fit
+from station.arm.drivers._servo_greeting import ServoOptions, greeted, new_life, require_fit
 from station.arm.trajectory import JointTrajectory
 
 _PERIOD_NS = 15_000_000  # two ticks of the agent: at 115200 baud a set-point of two axes takes 3 ms
 _ARMING_NS = 500_000_000
+_ASKING_NS = 250_000_000
 
 
 class ServoStage:
@@ -37,13 +41,17 @@ class ServoStage:
         self._reading: JointReading | None = None
         self._motion: JointTrajectory | None = None
         self._began_ns = self._said_ns = self._number = 0
-        self._followed = self._stopping = False
+        self._followed = self._stopping = self._asking = self._answered = False
         self._fault = ""
+        self._life = new_life()
         try:
-            require_fit(greeted(self._link, self._lines, self._options), self._model, self._options)
+            hello = greeted(self._link, self._lines, self._options, life=self._life)
+            require_fit(hello, self._model, self._options)
         except UserError:
             self._link.close()
             raise
+        self._named: int | None = hello.life
+        """The name under which the board reports; None of a life that has not been greeted, or was refused."""
 
     def start(self, trajectory: JointTrajectory, *, now_ns: int) -> None:
         """Begins a motion; the next ticks send its set-points, and arm the stage first if it is not armed."""
@@ -58,6 +66,8 @@ class ServoStage:
     def tick(self, now_ns: int) -> None:
         """Takes in what the stage says, and sends the next set-point or stop once that is due."""
         self._receive(now_ns)
+        if self._asking and now_ns - self._said_ns >= _ASKING_NS:
+            self._say(now_ns, "?", self._life)
         if now_ns - self._said_ns < _PERIOD_NS or self._report is None:
             return
         if self._stopping and self._report.state != lines.IDLE:
@@ -73,12 +83,18 @@ class ServoStage:
             self._followed, self._number = True, self._number + 1
             self._say(now_ns, "T", self._number, *np.rint(motion.at(elapsed_ns)[0] / lines.UNIT_RAD).astype(int))
         elif held or (not self._followed and elapsed_ns < _ARMING_NS):
-            self._say(now_ns, "A")
+            self._arm(now_ns)
         else:
             why = lines.MEANING.get(state, f"its state is {state!r}")
             self._give_up(
                 f"The tilt stage does not follow: {why}; see that its stop button is free and its cable whole."
             )
+
+    def _arm(self, now_ns: int) -> None:
+        """Arms the life that has just reported; a board that is starting reports nothing."""
+        if self._answered:
+            self._say(now_ns, "A", *([self._named] if self._named else []))
+            self._answered = False
 
     def _say(self, now_ns: int, *words: object) -> None:
         self._said_ns = now_ns
@@ -95,13 +111,47 @@ class ServoStage:
             return
         for words in received:
             if report := lines.stage_report(words, axes=len(self._model.joints)):
-                self._report = report
-                angles, speeds = (
-                    lines.UNIT_RAD * np.array(part, np.float64) for part in (report.angles, report.speeds)
-                )
-                self._reading = JointReading(now_ns, self._model.joint_names, angles, speeds, np.zeros_like(angles))
+                self._take(report, now_ns)
+            elif answer := lines.hello(words):
+                self._meet(answer)
             elif words[0] == "E" and self._motion is not None:
                 self._give_up(f"The tilt stage refuses a set-point: {' '.join(words[1:])}.")
+
+    def _take(self, report: lines.StageReport, now_ns: int) -> None:
+        """Takes a report, unless it is of a life that has not been greeted.
+
+        A new life has no name. Where the sketch knows of no names, it has taken fewer set-points than the one before,
+        or none, and then it has not moved.
+        """
+        if self._named is None:
+            return
+        if report.life != self._named or (self._report is not None and report.number < self._report.number):
+            self._report = self._reading = self._motion = None
+            self._asking, self._life, self._named = True, new_life(), None
+            self._fault = "The board of the tilt stage has started anew: it is asked whether it knows how it stands."
+            return
+        if self._report is None:
+            self._number = report.number  # of an agent before this one: it only grows within one life
+        self._report, self._answered = report, True
+        angles, speeds = (lines.UNIT_RAD * np.array(part, np.float64) for part in (report.angles, report.speeds))
+        self._reading = JointReading(now_ns, self._model.joint_names, angles, speeds, np.zeros_like(angles))
+
+    def _meet(self, answer: lines.Hello) -> None:
+        """Takes the answer of a new life, for which the promise `level_by_hand` was not made."""
+        if not self._asking or answer.life not in (self._life, 0):
+            return
+        self._asking = False
+        if not answer.placed:
+            self._fault = (
+                f"The board of the tilt stage at {self._options.port} has started anew and does not know how the plate "
+                "stands: put it level by hand, and then start the arm agent again."
+            )
+            return
+        try:
+            require_fit(answer, self._model, self._options)
+            self._fault, self._named = "", answer.life
+        except UserError as unfit:
+            self._fault = str(unfit)
 
     def _give_up(self, fault: str) -> None:
         self._fault, self._motion, self._stopping = fault, None, True
