@@ -19,12 +19,10 @@ from shared.errors import UserError
 from station.arm.profile import Bounds, Profile, TiltState, profile_to_angle, profile_to_rest
 from station.arm.tilt_path import TiltPath
 from station.rig.arm_model import ArmModel
+from station.rig.arm_settings import LONGEST_TILT_S
 
 Array = NDArray[np.float64]
 PERIOD_NS = 10_000_000
-LONGEST_S = 600.0
-"""No tilt lasts longer: 67.5 degrees at 0.12 degrees/s, where a rig tilts at some degrees/s. The set-points of a motion
-lie in memory, and a command at 1e-5 degrees/s took 22 GB of it (test_gate.py's hostile streams)."""
 _SMALLEST_STEP_RAD = 1e-6
 
 
@@ -129,7 +127,7 @@ def plan_tilt(
     """Plans the motion along `path` from `start` to rest at `angle_rad`, at most as fast as `rate_rad_s`.
 
     The rate is lowered where a joint could not keep up. Raises UserError when the angle is beyond the path's reach,
-    the arm would swing round, or the motion would last longer than LONGEST_S.
+    the arm would swing round, or the motion would last longer than LONGEST_TILT_S.
     """
     if not (math.isfinite(angle_rad) and math.isfinite(rate_rad_s) and rate_rad_s > 0):
         raise UserError(f"Expected a finite angle and a positive rate, got {angle_rad} rad at {rate_rad_s} rad/s.")
@@ -143,9 +141,9 @@ def plan_tilt(
     bounds = _slowest_joint(model, path, start=start, angle_rad=angle_rad, limits=limits)
     bounds = bounds._replace(rate=min(bounds.rate, rate_rad_s))
     profile = profile_to_angle(start, angle_rad=angle_rad, bounds=bounds)
-    if not profile.duration_s <= LONGEST_S:
+    if not profile.duration_s <= LONGEST_TILT_S:
         raise UserError(
-            f"Expected a tilt that ends within {LONGEST_S:.0f} s, got one of {profile.duration_s:.3g} s at "
+            f"Expected a tilt that ends within {LONGEST_TILT_S:.0f} s, got one of {profile.duration_s:.3g} s at "
             f"{math.degrees(rate_rad_s):.3g} degrees/s: ask for a faster one."
         )
     goal = TiltState(angle_rad=angle_rad)

@@ -9,6 +9,13 @@ from dataclasses import dataclass, field
 from shared.config import Table, parse, require_own_file
 from shared.rig import RigConfig
 
+LONGEST_TILT_S = 600.0
+"""No tilt lasts longer: 67.5 degrees at 0.12 degrees/s, where a rig tilts at some degrees/s. The set-points of a motion
+lie in memory, and a command at 1e-5 degrees/s took 22 GB of it (test_gate.py's hostile streams)."""
+
+_STARTS_S = 10.0
+"""Seconds of it for getting up to speed and back, which take 1 s at the usual rates."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class GateSettings:
@@ -39,6 +46,12 @@ class GateSettings:
         for name, value in vars(self).items():
             if not (math.isfinite(value) and value > 0):
                 raise ValueError(f"expected a positive number for '{name}', got {value}")
+        if not self.max_tilt_deg / self.level_rate_deg_s < LONGEST_TILT_S - _STARTS_S:
+            slowest = self.max_tilt_deg / (LONGEST_TILT_S - _STARTS_S)
+            raise ValueError(
+                f"expected at least {slowest:.2g} degrees/s for 'level_rate_deg_s', so that a plate tilted by "
+                f"{self.max_tilt_deg:g} degrees is level within {LONGEST_TILT_S:.0f} s, got {self.level_rate_deg_s:g}"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,7 +11,7 @@ from shared.foxglove import Log
 from shared.geometry import tilt_of
 from shared.messages import PlatformState
 from station.arm.drivers.simulated import SimulatedArm
-from station.rig.arm_settings import ArmSettings
+from station.rig.arm_settings import ArmSettings, GateSettings
 from tests.unit.arm.conftest import FakeRig
 
 BRAKING_NS = 300_000_000
@@ -121,3 +121,26 @@ def test_a_halted_arm_that_still_moves_is_not_located() -> None:
     rig.velocity = (0.1,) * len(rig.names)
     rig.advance(0.01)
     assert "moves by itself" in rig.command(0).reason
+
+
+def test_a_plate_that_could_not_be_levelled_in_time_is_refused_where_the_rate_is_read() -> None:
+    with pytest.raises(ValueError, match=r"at least 0\.12 degrees/s for 'level_rate_deg_s'"):
+        GateSettings(level_rate_deg_s=0.05)
+    slowest = GateSettings(level_rate_deg_s=0.12)
+    rig = FakeRig(ArmSettings(gate=slowest))
+    rig.advance(0.2)
+    assert rig.command(67, rate_deg_s=20.0).accepted
+    rig.advance(5)
+    rig.advance(8, heartbeat=False)
+    assert "levelling slowly" in " ".join(lines(rig))
+    assert rig.reports[-1].fault == ""
+
+
+def test_a_levelling_that_cannot_be_planned_is_said_and_ends_no_agent() -> None:
+    rig = FakeRig(ArmSettings())
+    rig.advance(0.2)
+    rig.command(40)
+    rig.advance(5)
+    object.__setattr__(rig.agent._motions._settings.gate, "level_rate_deg_s", 0.01)  # pyright: ignore[reportPrivateUsage]
+    rig.advance(30, heartbeat=False)
+    assert len([line for line in lines(rig) if "Expected a tilt that ends within" in line]) == 1
