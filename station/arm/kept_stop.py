@@ -39,21 +39,21 @@ class KeptStop:
         return self._reason
 
     def keep(self, reason: str) -> None:
-        """Keeps the stop that is in force, or that none is (an empty reason); a change alone is written, and once.
+        """Keeps the stop that is in force, or that none is (an empty reason); a change alone is written.
 
         A stop is on the disk itself before this returns. That there is none is not waited for: a power cut may then
         bring a stop back, which the next session lifts.
 
         Raises:
-            OSError: if it cannot be written.
+            OSError: if it cannot be written; the next call tries again.
         """
         if reason == self._reason:
             return
-        self._reason = reason
         if reason:
             write_through(self._path, reason)
         else:
             self._path.unlink(missing_ok=True)
+        self._reason = reason
 
 
 def kept_stop(rig_id: str) -> KeptStop:

@@ -19,7 +19,7 @@ class LeaseAndStop:
     ) -> None:
         self._bus, self._moment = bus, moment
         self._gate, self._announce, self._kept = gate, announce, kept
-        self._told, self._told_ns = ("", ""), 0
+        self._told, self._told_ns, self._unkept = ("", ""), 0, ""
 
     def heartbeat(self, message: Heartbeat) -> None:
         """Takes a session's sign of life."""
@@ -48,9 +48,12 @@ class LeaseAndStop:
         self._keep()
 
     def _keep(self) -> None:
-        """Keeps the stop in force where the next agent of this rig finds it."""
+        """Keeps the stop in force where the next agent of this rig finds it; what cannot be is tried again."""
+        unkept, self._unkept = self._unkept, ""
         try:
             if self._kept is not None:
                 self._kept.keep(self._gate.stopped)
         except OSError as fault:
-            self._announce.log(ERROR, f"the next arm agent will not know whether the arm is stopped: {fault}")
+            self._unkept = f"the next arm agent will not know whether the arm is stopped: {fault}"
+            if self._unkept != unkept:
+                self._announce.log(ERROR, self._unkept)

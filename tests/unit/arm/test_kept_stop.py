@@ -73,6 +73,17 @@ def test_a_stop_that_cannot_be_kept_holds_all_the_same_and_that_is_said_once(pat
     assert len(said) == 1
 
 
+def test_a_stop_that_could_not_be_kept_is_kept_once_there_is_room(path: Path) -> None:
+    path.parent.write_text("a full disk")
+    rig = FakeRig(ArmSettings(), kept=_Unkept(path))
+    rig.advance(0.2)
+    rig.stop("by hand")
+    rig.advance(0.2)
+    path.parent.unlink()
+    rig.advance(0.02)
+    assert KeptStop(path).read() == "by hand"
+
+
 class _Unkept(KeptStop):
     def read(self) -> str:
         return ""
