@@ -20,12 +20,25 @@ def test_each_state_is_read_in_its_own_order(model: ArmModel) -> None:
         np.testing.assert_allclose(states.reading.velocity_rad_s, np.arange(6) / 10)
 
 
-def test_absent_velocities_and_efforts_are_zero(model: ArmModel) -> None:
+def test_absent_efforts_are_zero(model: ArmModel) -> None:
     states = JointStates(model)
-    states.take(model.joint_names, model.home_rad, robot_ns=0, noted_ns=5)
+    states.take(model.joint_names, model.home_rad, velocity_rad_s=np.zeros(6), robot_ns=0, noted_ns=5)
     assert states.reading is not None
-    np.testing.assert_array_equal(states.reading.velocity_rad_s, np.zeros(6))
     np.testing.assert_array_equal(states.reading.effort_nm, np.zeros(6))
+
+
+def test_absent_velocities_are_derived_and_unknown_before(model: ArmModel) -> None:
+    """An arm that moves by itself would else rest."""
+    states, rate = JointStates(model), 0.2 * np.array([1, -1, 0, 2, 0.5, 0])
+    for step in range(30):
+        stamp_ns = 10**9 + step * 10_000_000
+        angles = np.array(model.home_rad) + rate * step * 0.01
+        states.take(model.joint_names, angles, robot_ns=0, noted_ns=stamp_ns)
+        if step < 5:
+            assert states.reading is None
+        else:
+            assert states.reading is not None
+            np.testing.assert_allclose(states.reading.velocity_rad_s, rate, atol=1e-9)
 
 
 @pytest.mark.parametrize("joints", [0, 2, 7])
@@ -35,8 +48,9 @@ def test_other_joints_are_no_reading_however_many(model: ArmModel, joints: int) 
     states.take(names, angles, robot_ns=0, noted_ns=5)
     assert states.reading is None
     assert "j2s6s300_joint_1" in states.fault()
-    states.take(model.joint_names, model.home_rad, robot_ns=0, noted_ns=6)
+    states.take(model.joint_names, model.home_rad, velocity_rad_s=np.zeros(6), robot_ns=0, noted_ns=6)
     read = states.reading
+    assert read is not None
     states.take(names, angles, robot_ns=0, noted_ns=7)
     assert states.reading is read
     assert states.fault() == ""
