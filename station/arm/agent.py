@@ -11,7 +11,7 @@ from shared.errors import UserError
 from shared.messages import ArmReply, ArmStop, Heartbeat, Message, TiltCommand
 from station.arm.announcements import WARNING, Announcements, Moment
 from station.arm.drivers import Driver, DriverLink, load_driver
-from station.arm.gate import Action, SafetyGate
+from station.arm.gate import FUTURE_NS, Action, SafetyGate
 from station.arm.kept_stop import KeptStop
 from station.arm.lease_and_stop import LeaseAndStop
 from station.arm.motions import Motions
@@ -34,6 +34,7 @@ class ArmAgent:
     ) -> None:
         self._tilter, self._driver, self._gate = tilter, driver, gate
         self._moment = moment = Moment()
+        self._ahead = False
         self._announce = announce = Announcements(bus, moment, tilter.stage)
         self._lease = LeaseAndStop(bus, moment, gate=gate, announce=announce, kept=kept)
         self._motions = Motions(moment, tilter=tilter, driver=driver, gate=gate, settings=settings, announce=announce)
@@ -89,11 +90,22 @@ class ArmAgent:
         self._motions.begin_waiting()
         self._motions.revoke()
         self._driver.tick(now_ns)
-        self._moment.reading = self._driver.read()
+        self._read(now_ns)
         self._watch(now_ns)
         self._motions.finish()
         self._announce.state()
         self._lease.tick()
+
+    def _read(self, now_ns: int) -> None:
+        """Takes the driver's reading, unless it is of a time to come: by a wrong stamp all after it would be old."""
+        reading = self._driver.read()
+        ahead_s = (reading.stamp_ns - now_ns) * 1e-9 if reading is not None and reading.stamp_ns > now_ns else 0.0
+        told, self._ahead = self._ahead, ahead_s * 1e9 > FUTURE_NS
+        if not self._ahead:
+            self._moment.reading = reading
+        elif not told:
+            text = f"the arm's joint states are stamped {ahead_s:.3g} s ahead and not taken: see to its clock"
+            self._announce.log(WARNING, text)
 
     def _watch(self, now_ns: int) -> None:
         motions = self._motions

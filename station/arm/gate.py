@@ -24,7 +24,8 @@ from station.arm.trajectory import JointTrajectory
 from station.rig.arm_settings import GateSettings
 
 Array = NDArray[np.float64]
-_FUTURE_NS = 200_000_000  # a tick from further back is a clock that was set, not a busy machine
+FUTURE_NS = 200_000_000
+"""A tick from further back, or a reading from further ahead, is a clock that was set, not a busy machine."""
 
 
 class Action(Enum):
@@ -208,7 +209,7 @@ class SafetyGate:
             self._stamp_ns, self._fresh_ns = reading.stamp_ns, self._now_ns
         if self._stopped:
             return Verdict(Action.HALT, self._stopped)
-        if late and now_ns < self._now_ns - _FUTURE_NS:
+        if late and now_ns < self._now_ns - FUTURE_NS:
             return Verdict(Action.HALT, "the arm's clock stepped back")
         if commanded is not None and (fault := self._following_fault(reading, commanded)):
             return Verdict(Action.HALT, fault)

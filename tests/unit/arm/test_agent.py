@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from shared.foxglove import Log
 from shared.geometry import tilt_of
 from shared.messages import Heartbeat, JointState, MotionReport, PlatformState
 from station.arm.kinematics import pivot_pose
@@ -233,3 +234,15 @@ def test_closing_halts_the_motion(rig: FakeRig) -> None:
     rig.advance(1)
     rig.agent.close()
     assert rig.reports[-1].fault == "the arm agent ends"
+
+
+def test_a_joint_state_of_a_year_ahead_is_said_and_makes_none_after_it_old(rig: FakeRig) -> None:
+    ahead_ns = rig.clock.now_ns() + 365 * 86400 * 10**9
+    rig.bus.publish("twin/joints", JointState(ahead_ns, rig.names, rig.position, rig.velocity, ()))
+    for _ in range(5):
+        rig.agent.tick(rig.clock.now_ns())
+    assert len([line for line in rig.of(Log) if "s ahead and not taken" in str(line)]) == 1
+    rig.advance(0.1)
+    assert rig.command(10).accepted
+    rig.advance(3)
+    assert tilt_deg(rig) == pytest.approx(10, abs=1e-4)
