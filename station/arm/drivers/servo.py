@@ -131,7 +131,7 @@ class ServoStage:
             self._fault = "The board of the tilt stage has started anew: it is asked whether it knows how it stands."
             return
         if self._report is None:
-            self._number = report.number  # of an agent before this one: it only grows within one life
+            self._number = report.number  # The last one of an agent before: within one life it only grows.
         self._report, self._answered = report, True
         angles, speeds = (lines.UNIT_RAD * np.array(part, np.float64) for part in (report.angles, report.speeds))
         self._reading = JointReading(now_ns, self._model.joint_names, angles, speeds, np.zeros_like(angles))
