@@ -42,7 +42,6 @@ class ArmReports:
             return
         if (message.run, message.step) != state.awaited or self._of_an_earlier_session(message):
             return
-        self._tracks.attitude_repeats.take_motion(under_way=not (message.end_ns or message.fault))
         if state.phase == "ABORTED":
             state.awaited = None if message.fault or message.end_ns else state.awaited
         elif message.fault:

@@ -17,6 +17,7 @@ from station.sampling.run import Run, Specimen
 from station.sampling.slide import read_slide
 from station.sampling.slip import RestDetector, slipped, threshold_px
 from station.sampling.state import State
+from station.sampling.stuck import Asked
 from station.sampling.tracks import Tracks
 
 Reach = Callable[[float], float]
@@ -165,13 +166,23 @@ class Phases:
         state = self.state
         read_slide(state.run, tracks=self.tracks, plan=self._plan.slip)
         self._mind_foam()
-        if not state.run.disturbed:
-            self._angles.add(state.run.direction.sector, state.run.onset_rad)
+        self._mind_encoders(level=False)
         state.enter("SETTLE")
 
     def _mind_foam(self) -> None:
         run = self.state.run
         run.meet_foam(needed_px=threshold_px(self._plan.slip, tilt_rad=run.onset_rad))
+
+    def _mind_encoders(self, *, level: bool) -> None:
+        run = self.state.run
+        asked = Asked(
+            rate_rad_s=math.radians(run.rate_deg_s),
+            return_rad_s=math.radians(self._plan.tilt.return_rate_deg_s),
+            reached_rad=run.bracket_rad(run.detect_ns)[0],
+            level=level,
+        )
+        if self.tracks.turning.contradicts(asked, since_ns=run.fitted_from_ns, detect_ns=run.detect_ns):
+            run.disturb("encoders")
 
     def _censor(self, reason: str) -> None:
         state = self.state
@@ -195,6 +206,8 @@ class Phases:
         """Takes the block's final place once it is level and at rest again, and reports the sample."""
         state = self.state
         run = state.run
+        # Encoders that were stuck until now tell it by a jump, or by a plate that is not level.
+        self._mind_encoders(level=True)
         sample = run.sample(
             post_corners_px=self.tracks.mean_corners_px(5),
             previous=self._previous_direction,
@@ -215,6 +228,8 @@ class Phases:
         else:
             state.samples += 1
             state.faults = 0
+            if not run.censored:
+                self._angles.add(run.direction.sector, run.onset_rad)
         if state.samples >= self._plan.samples:
             state.finish("")
         elif run.at_foam and state.faults >= self._plan.faults:

@@ -13,6 +13,9 @@ from station.sampling.reference import Reference
 FOAM = "foam"
 """The disturbance of a run in which the foam held the block, or stopped it before the slip rule could see it slide."""
 
+_FITTED_NS = 3_000_000_000
+"""The stretch of path before the detection that is fitted: it has a second and more of rest at any tilt rate."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Specimen:
@@ -62,6 +65,11 @@ class Run:
         """Marks the run if the foam stops the block before it has slid so far: the foam's hold is no friction."""
         if self.way_px < needed_px:
             self.disturb(FOAM)
+
+    @property
+    def fitted_from_ns(self) -> int:
+        """The begin of the stretch before the detection that the onset is fitted to, ns."""
+        return max(self.tilt_ns, self.detect_ns - _FITTED_NS)
 
     @property
     def at_foam(self) -> bool:

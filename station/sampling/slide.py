@@ -14,15 +14,12 @@ from station.sampling.tracks import Tracks
 from station.sampling.unseen import are_away, may_have_met_foam
 from station.signals.flags import UNRESOLVED
 
-_FITTED_NS = 3_000_000_000
-"""The stretch of path before the detection that is fitted: it has a second and more of rest at any tilt rate."""
-
 
 def read_slide(run: Run, *, tracks: Tracks, plan: SlipPlan) -> None:
     """Fills in the run's attitude, onset and its standard error, once an attitude after the detection is there."""
     averaged_from_ns = run.detect_ns - round(plan.average_s * 1e9)
     run.euler_rad = tracks.mean_euler_rad(from_ns=averaged_from_ns)
-    since_ns = max(run.tilt_ns, run.detect_ns - _FITTED_NS)
+    since_ns = run.fitted_from_ns
     seen = tracks.seen(since_ns=since_ns, until_ns=run.detect_ns)
     onset = _onset(run, tracks, seen, since_ns=since_ns) if seen else None
     if onset is not None:
@@ -33,7 +30,7 @@ def read_slide(run: Run, *, tracks: Tracks, plan: SlipPlan) -> None:
         run.onset_rad = tracks.mean_tilt_rad(from_ns=averaged_from_ns)
         run.onset_sigma_rad = (high - low) / math.sqrt(12.0)
         run.flags.append(UNRESOLVED)
-    if _is_unseen(run, tracks, since_ns=since_ns, averaged_from_ns=averaged_from_ns):
+    if _is_unseen(run, tracks, since_ns=since_ns):
         run.disturb("gap")
     if seen and tracks.geometry:
         m_per_px = tracks.geometry.mm_per_px * 1e-3
@@ -48,11 +45,8 @@ def _onset(run: Run, tracks: Tracks, seen: Seen, *, since_ns: int) -> Onset | No
     return tracks.onset(seen, since_ns=since_ns, downhill=_downhill(run), sigma_px=sigma_px)
 
 
-def _is_unseen(run: Run, tracks: Tracks, *, since_ns: int, averaged_from_ns: int) -> bool:
-    """Returns true if frames or attitudes are missing where they would tell when the block began to slide.
-
-    Stuck encoders give no attitudes. Without an onset the slide is the time over which attitudes are averaged.
-    """
+def _is_unseen(run: Run, tracks: Tracks, *, since_ns: int) -> bool:
+    """Returns true if frames or attitudes are missing where they would tell when the block began to slide."""
     if run.reference is None or tracks.geometry is None:
         return False
     m_per_px = tracks.geometry.mm_per_px * 1e-3
@@ -65,13 +59,7 @@ def _is_unseen(run: Run, tracks: Tracks, *, since_ns: int, averaged_from_ns: int
     ):
         return True
     attitudes_ns = tracks.attitudes_ns(since_ns=since_ns)
-    if run.slip_ns and are_away(attitudes_ns, from_ns=run.slip_ns, to_ns=run.detect_ns):
-        return True
-    return tracks.attitude_repeats.are_stuck(
-        since_ns=since_ns,
-        slide_ns=run.detect_ns - (run.slip_ns or averaged_from_ns),
-        rate_rad_s=math.radians(run.rate_deg_s),
-    )
+    return bool(run.slip_ns) and are_away(attitudes_ns, from_ns=run.slip_ns, to_ns=run.detect_ns)
 
 
 def _downhill(run: Run) -> tuple[float, float]:

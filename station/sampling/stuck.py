@@ -1,7 +1,9 @@
-"""Encoders that are stuck: an attitude that is sent again and again while the plate turns is no reading of it.
+"""Encoders that are stuck: readings of the plate's attitude that contradict what the plate did meanwhile.
 
-A plate at rest has the same attitude again and again, and so has one that does not turn yet. A stuck reading shows in
-what comes after it: nothing else by the end of the motion, or a jump by all that the plate has turned meanwhile.
+There are two witnesses of that. The rates that come with the readings say by how much the plate turned between them;
+a reading that is stuck, whole or in one of its joints, falls behind their sum or runs ahead of it. The motions that
+were asked for say how fast the plate turns at most, and where it comes to rest; a reading that is released jumps, and
+one that never is does not come back to level. Both hold for equal readings as for noisy ones, and for a plate at rest.
 """
 
 from __future__ import annotations
@@ -10,72 +12,129 @@ import math
 from collections import deque
 from dataclasses import dataclass, field
 
-_REMEMBERED = 64
-"""The stretches that are remembered: two a step of the tilt, of which the shortest last a tenth of a second."""
+import numpy as np
 
-Quaternion = tuple[float, float, float, float]
+from shared.geometry import Array
+from shared.messages import PlatformState
+from station.sampling.no_slide import UNLEVEL_RAD
+from station.signals.downhill import LEAST
+
+_REMEMBERED = 6000
+"""The readings that are remembered, a minute of them or twelve seconds of an arm that sends 500 a second: from three
+seconds before a slide until the plate is level again."""
+_LAG_S = 0.08
+"""The rates may lie so far behind the readings, as drivers smooth them over up to that time, and no longer may readings
+stay away for their rates to be summed. Twice as much would leave a joint of the JACO2 unnoticed that was stuck from
+0.4 s before a slide on; a fourth would flag sound runs at 14 degrees/s whose rates are smoothed over 40 ms
+(`pytest tests/unit/sampling/test_stuck.py`)."""
+_OFF_RAD = math.radians(0.3)
+"""An arm at rest may be so far from its goal (`settle_tolerance_deg`), and jerk by as much when it moves slowly."""
+_PEAK = 2.0
+"""The largest rate of a motion over the one asked for: an arm that means it as the mean of a quintic has 1.9 of it."""
+_NOISE = 10.0
+"""The spread that is left to noise, in standard errors: of a thousand normal numbers it is 6.5, and 8 once in 10⁵."""
+_WALK = 5.0
+"""The sum of the rates' noise that is left to it, in standard errors."""
 
 
-@dataclass(slots=True)
-class _Stretch:
-    """The last time, ns, of a reading that came again, how long it did in motions, ns, and its tilt, rad.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Asked:
+    """The motions of a run: up at `rate_rad_s`, and down to level at `return_rad_s`.
 
-    The next one came `next_s` later, and had that tilt, rad.
+    `reached_rad` is the angle at which the plate had come to rest last before the slide, and `level` is true once it
+    is said to be level again.
     """
 
-    tilt_rad: float
-    last_ns: int = 0
-    lasted_ns: int = 0
-    next_rad: float = math.nan
-    next_s: float = 0.0
-
-    def end(self, tilt_rad: float, *, stamp_ns: int) -> None:
-        """Takes the first reading that is another one."""
-        self.next_rad, self.next_s = tilt_rad, (stamp_ns - self.last_ns) * 1e-9
-
-    def is_stuck(self, rate_rad_s: float) -> bool:
-        """Returns true if the plate turned meanwhile: nothing came after, or more than it turns between two readings.
-
-        The arm may turn it a little faster than was asked for, but not twice as fast.
-        """
-        return math.isnan(self.next_rad) or abs(self.next_rad - self.tilt_rad) > 2.0 * rate_rad_s * self.next_s
+    rate_rad_s: float
+    return_rad_s: float
+    reached_rad: float
+    level: bool
 
 
 @dataclass(slots=True)
-class Repeats:
-    """The stretches of equal readings in motions of the plate."""
+class Turning:
+    """The plate's attitudes of the last seconds, with their rates."""
 
-    _turning: bool = False
-    _turned: bool = True
-    _quaternion: Quaternion | None = None
-    _stamp_ns: int = 0
-    _stretches: deque[_Stretch] = field(default_factory=lambda: deque(maxlen=_REMEMBERED))
+    _readings: deque[tuple[int, PlatformState]] = field(default_factory=lambda: deque(maxlen=_REMEMBERED))
 
-    def take_motion(self, *, under_way: bool) -> None:
-        """Takes the begin or the end of a motion."""
-        self._turning = under_way
-        self._turned = self._turned and not under_way
+    def take(self, message: PlatformState, *, stamp_ns: int) -> None:
+        """Takes a reading, and its time on the station's clock; one that is no later than the last tells nothing."""
+        if not self._readings or stamp_ns > self._readings[-1][0]:
+            self._readings.append((stamp_ns, message))
 
-    def take(self, quaternion: Quaternion, *, tilt_rad: float, stamp_ns: int) -> None:
-        """Takes a reading of the plate's attitude, whose tilt is that many rad."""
-        if quaternion != self._quaternion:
-            if self._stretches and math.isnan(self._stretches[-1].next_rad):
-                self._stretches[-1].end(tilt_rad, stamp_ns=stamp_ns)
-            self._turned = True
-        elif self._turning or not self._turned:
-            if not self._stretches or not math.isnan(self._stretches[-1].next_rad):
-                self._stretches.append(_Stretch(tilt_rad))
-            self._stretches[-1].last_ns = stamp_ns
-            self._stretches[-1].lasted_ns += stamp_ns - self._stamp_ns
-        self._quaternion, self._stamp_ns = quaternion, stamp_ns
+    def contradicts(self, asked: Asked, *, since_ns: int, detect_ns: int) -> bool:
+        """Returns true if the readings since then cannot be those of the plate that turned as its rates and motions."""
+        rows = [(stamp, *_numbers(state)) for stamp, state in self._readings if stamp >= since_ns]
+        if len(rows) < 5:
+            return False
+        table = np.array([row[1:] for row in rows])
+        stamps_ns = np.array([row[0] for row in rows])
+        time_s = (stamps_ns - stamps_ns[0]) * 1e-9
+        up, rates = _up(table[:, :4]), table[:, 4:]
+        way = up[np.searchsorted(stamps_ns[:-1], detect_ns), :2]
+        tilt, rising = _tilt(up, way), stamps_ns <= detect_ns
+        # Seen from the plate, the zenith turns against it.
+        told = _tilt(up[:-1] + np.diff(time_s)[:, None] * np.cross(up[:-1], 0.5 * (rates[1:] + rates[:-1])), way)
+        if rates.any() and _parts(time_s[rising], tilt[rising], told - tilt[:-1], rate_rad_s=asked.rate_rad_s):
+            return True
+        if _outpaces(time_s, tilt, asked=asked):
+            return True
+        slid_rad = float(np.interp(detect_ns, stamps_ns, tilt))
+        stayed = slid_rad + UNLEVEL_RAD < 0.5 * asked.reached_rad
+        return stayed or (asked.level and float(tilt[-1]) - UNLEVEL_RAD > 0.5 * slid_rad)
 
-    def are_stuck(self, *, since_ns: int, slide_ns: int, rate_rad_s: float) -> bool:
-        """Returns true if readings since then were stuck for longer than half of a slide: its fit took them for true.
 
-        Coarse encoders are not stuck: one of 0.1 degrees in a motion of 0.25 degrees/s reads anew every 0.4 s, which
-        is half of the time that such slow slides take up to their detection (6 mm).
-        """
-        return any(
-            stretch.last_ns > since_ns and 2 * stretch.lasted_ns > slide_ns and stretch.is_stuck(rate_rad_s)
-            for stretch in self._stretches
-        )
+def _numbers(state: PlatformState) -> tuple[float, ...]:
+    return state.qw, state.qx, state.qy, state.qz, state.wx, state.wy, state.wz
+
+
+def _outpaces(time_s: Array, tilt_rad: Array, *, asked: Asked) -> bool:
+    """Returns true if the tilt changes by more, somewhere, than the motions can have turned the plate."""
+    passed_s = np.diff(time_s, prepend=time_s[:1])
+    allowed_rad = _OFF_RAD + _NOISE * _noise(tilt_rad)
+    up = tilt_rad - np.cumsum(_PEAK * asked.rate_rad_s * passed_s)
+    down = -tilt_rad - np.cumsum(_PEAK * asked.return_rad_s * passed_s)
+    return max(_rise(up), _rise(down)) > allowed_rad
+
+
+def _rise(values: Array) -> float:
+    """Returns the largest rise of values (n,) from any of them to a later one."""
+    return float((values - np.minimum.accumulate(values)).max())
+
+
+def _parts(time_s: Array, tilt_rad: Array, told_rad: Array, *, rate_rad_s: float) -> bool:
+    """Returns true if the tilt parts from the sum of the plate's own rates by more than lag and noise of both leave.
+
+    Args:
+        time_s: times (n,) of the readings.
+        tilt_rad: tilts (n,).
+        told_rad: the changes (n - 1 or more,) of the tilt from reading to reading that the rates tell.
+        rate_rad_s: the rate of the tilt that was asked for.
+    """
+    if len(time_s) < 5:
+        return False
+    passed_s = np.diff(time_s)
+    told_rad = told_rad[: len(passed_s)]
+    off_rad = np.where(passed_s <= _LAG_S, np.diff(tilt_rad) - told_rad, 0.0)
+    walked_rad = _noise(told_rad / passed_s) * float(np.sqrt(np.sum(passed_s**2)))
+    allowed_rad = _LAG_S * rate_rad_s + _NOISE * _noise(tilt_rad) + _WALK * walked_rad
+    return float(np.ptp(np.cumsum(off_rad))) > allowed_rad
+
+
+def _up(quaternions: Array) -> Array:
+    """Returns the unit vectors (n, 3) towards the zenith in the plate's frame, by world_from_plate (n, 4)."""
+    w, x, y, z = quaternions.T
+    return np.stack([2.0 * (x * z - w * y), 2.0 * (y * z + w * x), w * w - x * x - y * y + z * z], axis=1)
+
+
+def _tilt(up: Array, way: Array) -> Array:
+    """Returns the tilts (n,), rad, by vectors (n, 3) towards the zenith, and along the way (2,) on the plate alone.
+
+    A plate that is called level and leans the other way has a negative one: its size would fall and rise again.
+    """
+    return np.arctan2(up[:, :2] @ way / max(float(np.hypot(*way)), LEAST), up[:, 2])
+
+
+def _noise(values: Array) -> float:
+    """Returns the noise of readings (n,), or their step, by their third differences, which hold √20 of it."""
+    return float(np.sqrt(np.mean(np.diff(values, 3) ** 2) / 20.0))

@@ -17,7 +17,7 @@ from station.rig.opening import Opening, square_corners
 from station.sampling.clock_step import is_another_clock
 from station.sampling.no_slide import Seen
 from station.sampling.slip import displacements_px
-from station.sampling.stuck import Repeats
+from station.sampling.stuck import Turning
 from station.signals.traced import trace
 
 _Frame = tuple[int, tuple[float, ...]]
@@ -44,7 +44,7 @@ class Tracks:
     tilt_rad: float = 0.0
     attitude_ns: int = 0
     frame_ns: int = 0
-    attitude_repeats: Repeats = field(default_factory=Repeats)
+    turning: Turning = field(default_factory=Turning)
     _last: MarkerCorners | None = None
     _starts: deque[int] = field(default_factory=lambda: deque(maxlen=_STARTS))
     _attitudes: deque[tuple[int, float]] = field(default_factory=lambda: deque(maxlen=_ATTITUDES))
@@ -78,7 +78,7 @@ class Tracks:
         q = (message.qw, message.qx, message.qy, message.qz)
         self.attitude_ns = stamp_ns
         self.tilt_rad = tilt_of(*q)
-        self.attitude_repeats.take(q, tilt_rad=self.tilt_rad, stamp_ns=stamp_ns)
+        self.turning.take(message, stamp_ns=stamp_ns)
         self._attitudes.append((self.attitude_ns, self.tilt_rad))
         self._quaternions.append((self.attitude_ns, q))
         return True

@@ -610,8 +610,11 @@ def test_what_moves_as_no_block_slides_flags_the_run(by_px: float, in_s: float):
     assert [sample.flags for sample in rig.samples] == [("disturbed_no_slide",), ()]
 
 
+@pytest.mark.parametrize("flicker", [0.0, 1e-9])
 @pytest.mark.parametrize("stuck_s", [0.4, 60.0])
-def test_encoders_that_are_stuck_while_the_plate_turns_flag_the_run(monkeypatch: pytest.MonkeyPatch, stuck_s: float):
+def test_encoders_that_are_stuck_while_the_plate_turns_flag_the_run(
+    monkeypatch: pytest.MonkeyPatch, stuck_s: float, flicker: float
+):
     rig = ScriptedRig(Plan(samples=1), friction_rad=0.3)
     rig.run(60.0, until=lambda rig: rig.tilt_rad > 0.27)
     give, told, began_ns = rig.give, list[PlatformState](), rig.now_ns
@@ -619,7 +622,8 @@ def test_encoders_that_are_stuck_while_the_plate_turns_flag_the_run(monkeypatch:
     def stuck(message: Message) -> None:
         if isinstance(message, PlatformState) and not rig.samples and rig.now_ns < began_ns + stuck_s * 1e9:
             told.append(message)
-            give(dataclasses.replace(told[0], stamp_ns=message.stamp_ns))
+            qw = told[0].qw + flicker * (-1) ** len(told)
+            give(dataclasses.replace(told[0], stamp_ns=message.stamp_ns, qw=qw))
         else:
             give(message)
 
@@ -627,7 +631,7 @@ def test_encoders_that_are_stuck_while_the_plate_turns_flag_the_run(monkeypatch:
         patched.setattr(rig, "give", stuck)
         rig.run(60.0, until=lambda rig: bool(rig.samples))
     finished(rig)
-    assert "disturbed_gap" in rig.samples[0].flags
+    assert "disturbed_encoders" in rig.samples[0].flags
     assert rig.samples[-1].flags == ()
 
 
