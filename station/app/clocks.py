@@ -7,7 +7,7 @@ round trips, milliseconds on the others.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from shared.bus import Bus
@@ -21,16 +21,19 @@ ANSWER_S = 0.5
 count as fresh. An agent that has not answered yet is not asked again: it would answer nothing else."""
 REPORT_NS = 1_000_000_000
 WINDOW = 200
+WINDOW_NS = WINDOW * PING_NS
+"""Older round trips say too little of the clock now: it may have drifted by 2 ms since (200 ppm)."""
 LEAST_TRIPS = 6
 """Round trips before the first report: a single one may be milliseconds off."""
 
 
 @dataclass(frozen=True, slots=True)
 class RoundTrip:
-    """One ping: station minus agent clock, and how long it took."""
+    """One ping: station minus agent clock, how long it took, and when it was back."""
 
     offset_ns: int
     rtt_ns: int
+    back_ns: int = 0
 
 
 def best_of(trips: Collection[RoundTrip]) -> tuple[RoundTrip, int]:
@@ -57,9 +60,9 @@ class ClockKeeper:
                 if now_ns >= self._again_ns.get(agent, 0):
                     self._ping(agent)
         for agent, trips in self._trips.items():
-            if len(trips) >= LEAST_TRIPS and now_ns >= self._report_ns.get(agent, 0):
-                self._report_ns[agent] = now_ns + REPORT_NS
-                self._report(agent, trips, now_ns)
+            if now_ns >= self._report_ns.get(agent, 0):
+                # A copy, because the answers come on another thread.
+                self._report(agent, [trip for trip in tuple(trips) if now_ns - trip.back_ns <= WINDOW_NS], now_ns)
 
     def _ping(self, agent: str) -> None:
         sent_ns = self._clock.now_ns()
@@ -71,7 +74,7 @@ class ClockKeeper:
             self._again_ns[agent] = 0
             if isinstance(reply, ClockPong):
                 middle = (sent_ns + back_ns) // 2
-                self._take(agent, RoundTrip(middle - reply.agent_ns, back_ns - sent_ns))
+                self._take(agent, RoundTrip(middle - reply.agent_ns, back_ns - sent_ns, back_ns))
 
         # Answered on the receiving thread: waiting in the queue would count as travel.
         self._bus.request(f"{agent}/clock", ClockPing(station_ns=sent_ns), on_reply, timeout_s=ANSWER_S, direct=True)
@@ -86,8 +89,9 @@ class ClockKeeper:
                 self._trips[agent] = trips = deque[RoundTrip](maxlen=WINDOW)
         trips.append(trip)
 
-    def _report(self, agent: str, trips: deque[RoundTrip], now_ns: int) -> None:
-        # A copy, because the answers come on another thread.
-        best, sigma_ns = best_of(tuple(trips))
-        offset = ClockOffset(now_ns, agent, best.offset_ns, sigma_ns, best.rtt_ns)
-        self._bus.publish("clock", offset)
+    def _report(self, agent: str, trips: Sequence[RoundTrip], now_ns: int) -> None:
+        if len(trips) < LEAST_TRIPS:
+            return
+        self._report_ns[agent] = now_ns + REPORT_NS
+        best, sigma_ns = best_of(trips)
+        self._bus.publish("clock", ClockOffset(now_ns, agent, best.offset_ns, sigma_ns, best.rtt_ns))

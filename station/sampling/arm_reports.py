@@ -57,11 +57,16 @@ class ArmReports:
 
     def _moved_by_itself(self, message: MotionReport) -> bool:
         """Returns true if the arm held or levelled on its own order during this very run."""
-        begin_ns = self._tracks.by_station_ns(message.begin_ns, agent="arm")
+        begin_ns = self._began_ns(message)
         running = self._state.phase not in ("START", "ABORTED", "PAUSED")
         return running and begin_ns is not None and begin_ns > self._state.run.start_ns
 
     def _of_an_earlier_session(self, message: MotionReport) -> bool:
         """Returns true if a report from the arm agent's cache is older than the request for this very motion."""
-        begin_ns = self._tracks.by_station_ns(message.begin_ns, agent="arm")
+        begin_ns = self._began_ns(message)
         return begin_ns is not None and begin_ns < self._state.asked_ns - _STALE_NS
+
+    def _began_ns(self, message: MotionReport) -> int | None:
+        """Returns when a motion began by the station's clock; None while the arm's is not known."""
+        offset_ns = self._tracks.clocks.offset_ns("arm", now_ns=self._state.now_ns)
+        return None if offset_ns is None else message.begin_ns + offset_ns

@@ -14,7 +14,7 @@ from shared.foxglove import CameraCalibration, Timestamp
 from shared.messages import CameraGeometry, MarkerCorners
 from station.sampling.phases import Phases
 from station.sampling.plan import Plan
-from station.sampling.state import FROZEN, LATE
+from station.sampling.state import FROZEN, LATE, UNTIMED
 
 SLIDING = ("TILT", "SLIP")
 """The phases whose frames make the onset."""
@@ -64,7 +64,11 @@ class Frames:
         if tracks.repeats(message):
             state.blind = FROZEN
             return
-        found, frame_ns = tracks.take_corners(message), tracks.frame_ns
+        offset_ns = tracks.clocks.offset_ns("camera", now_ns=state.now_ns)
+        if offset_ns is None:
+            state.blind = UNTIMED
+            return
+        found, frame_ns = tracks.take_corners(message, offset_ns=offset_ns), tracks.frame_ns
         if not self._fresh(frame_ns):
             return
         state.seen_ns, state.blind = state.now_ns, ""

@@ -110,7 +110,7 @@ class SamplingMachine:
 
     def _on_offset(self, message: ClockOffset) -> None:
         """Takes an offset; a run is marked if that clock was set meanwhile: its frames and tilts fell apart."""
-        if self._tracks.take_offset(message) and self._state.phase in MEASURING:
+        if self._tracks.clocks.take(message, now_ns=self._state.now_ns) and self._state.phase in MEASURING:
             self._state.run.disturb("clock")
 
     def _on_environment(self, message: Environment) -> None:

@@ -10,7 +10,7 @@ from station.sampling.actions import Action, Finish, Report, Say, Tilt
 from station.sampling.plan import Plan
 from station.sampling.run import Run
 
-FROZEN, LATE = "frozen", "late"
+FROZEN, LATE, UNTIMED = "frozen", "late", "untimed"
 """The possible fault of frames that arrive."""
 
 
@@ -41,7 +41,7 @@ class State:
         self.seen_ns = 0
         """The time at which a fresh frame was last received, whatever it showed, ns."""
         self.blind = ""
-        """The fault of the frames since: nothing came, they were late, or the same again."""
+        """The fault of the frames since: nothing came, they were late, the same again, or of a clock unknown."""
         self.attitude_ns = 0
         """The time at which a fresh attitude of the plate was last received, ns."""
         self.faults = 0

@@ -44,7 +44,9 @@ class Ticks:
         # A stop of before is told until this session's first heartbeat has lifted it.
         if geometry and attitude and state.found_ns and not state.stopped:
             self._phases.synchronise()
-        elif fault := not_begun(state, geometry=geometry, attitude=attitude):
+        elif fault := not_begun(
+            state, geometry=geometry, attitude=attitude, untimed=self._tracks.clocks.unknown(now_ns=state.now_ns)
+        ):
             state.say("error", fault)
             state.finish(fault)
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from station.sampling.state import FROZEN, LATE, State
+from collections.abc import Sequence
+
+from station.sampling.state import FROZEN, LATE, UNTIMED, State
 
 _LOOKING = ("REFERENCE", "TILT")
 """The phases that must see every frame; the dwell can wait for corners, after the slip a run ends without them."""
@@ -54,6 +56,11 @@ def _blind(state: State, seconds: float) -> str:
             f"expected frames of this moment, got none for {seconds:g} s that was less than {state.plan.silence_s:g} s "
             "old; is the link to the camera cut or slow?"
         )
+    if state.blind == UNTIMED:
+        return (
+            "expected to know the camera agent's clock, got no answer to the station's pings in time: is the link to "
+            "the camera cut or slow?"
+        )
     return (
         f"expected corners of the marker, got none for {seconds:g} s; is the mark in view, and `pi-agent run` running?"
     )
@@ -64,12 +71,21 @@ def in_force(stop: str) -> str:
     return f"the arm is stopped ({stop}): look at the rig, then start a session to go on"
 
 
-def not_begun(state: State, *, geometry: bool, attitude: bool) -> str:
-    """Returns the reason why the session cannot begin, in one sentence; empty while it is too early to say."""
+def not_begun(state: State, *, geometry: bool, attitude: bool, untimed: Sequence[str]) -> str:
+    """Returns the reason why the session cannot begin, in one sentence; empty while it is too early to say.
+
+    `untimed` are the agents whose clocks are not known: nothing that they stamp is heard.
+    """
     if not state.waited(state.plan.timeout_s):
         return ""
     if state.stopped:
         return in_force(state.stopped)
+    if untimed:
+        names = " and ".join(f"{agent}/clock" for agent in untimed)
+        return (
+            f"expected answers from {names} to the station's pings within {state.plan.timeout_s:g} s, got none that "
+            "came back in half a second; do `pi-agent run` and `station arm` run, and is a link slow?"
+        )
     missing = {
         "the camera's geometry (camera/geometry)": geometry,
         "the plate's attitude (arm/platform)": attitude,

@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from shared.foxglove import CameraCalibration
 from shared.geometry import block_pose_of, corners_on_plate, euler_of, tilt_of, undistort
-from shared.messages import REPEATED, CameraGeometry, ClockOffset, MarkerCorners, PlatformState
+from shared.messages import REPEATED, CameraGeometry, MarkerCorners, PlatformState
 from station.friction.onset import Onset, estimate_onset
 from station.rig.opening import Opening, square_corners
-from station.sampling.clock_step import is_another_clock
+from station.sampling.clocks import Clocks
 from station.sampling.no_slide import Seen
 from station.sampling.slip import displacements_px
 from station.sampling.stuck import Turning
@@ -44,37 +44,24 @@ class Tracks:
     tilt_rad: float = 0.0
     attitude_ns: int = 0
     frame_ns: int = 0
+    clocks: Clocks = field(default_factory=Clocks)
     turning: Turning = field(default_factory=Turning)
     _last: MarkerCorners | None = None
     _starts: deque[int] = field(default_factory=lambda: deque(maxlen=_STARTS))
     _attitudes: deque[tuple[int, float]] = field(default_factory=lambda: deque(maxlen=_ATTITUDES))
     _quaternions: deque[tuple[int, tuple[float, float, float, float]]] = field(default_factory=lambda: deque(maxlen=64))
     _frames: deque[_Frame] = field(default_factory=lambda: deque(maxlen=_FRAMES))
-    _offsets: dict[str, ClockOffset] = field(default_factory=dict[str, ClockOffset])
-
-    def take_offset(self, message: ClockOffset) -> bool:
-        """Takes a new measurement of an agent's clock; True if it cannot be the clock that was measured before."""
-        before, self._offsets[message.agent] = self._offsets.get(message.agent, message), message
-        round_trips_ns = before.rtt_ns + message.rtt_ns
-        return is_another_clock(before.offset_ns, message.offset_ns, round_trips_ns=round_trips_ns)
-
-    def by_station_ns(self, stamp_ns: int, *, agent: str) -> int | None:
-        """Returns an agent's stamp on the station's clock; None while that agent's clock is not known."""
-        offset = self._offsets.get(agent)
-        return None if offset is None else stamp_ns + offset.offset_ns
-
-    def _offset_ns(self, agent: str) -> int:
-        offset = self._offsets.get(agent)
-        return offset.offset_ns if offset else 0
 
     def take_attitude(self, message: PlatformState, *, now_ns: int, within_s: float) -> bool:
         """Takes the plate's attitude, stamped by the arm's clock; False if that is not within so many s of now.
 
-        One of another time says nothing of the plate as it is, and the onset's fit would span all of the time between.
+        It is neither while that clock is not known. One of another time says nothing of the plate as it is, and the
+        onset's fit would span all of the time between.
         """
-        stamp_ns = message.stamp_ns + self._offset_ns("arm")
-        if abs(now_ns - stamp_ns) > within_s * 1e9:
+        offset_ns = self.clocks.offset_ns("arm", now_ns=now_ns)
+        if offset_ns is None or abs(now_ns - message.stamp_ns - offset_ns) > within_s * 1e9:
             return False
+        stamp_ns = message.stamp_ns + offset_ns
         q = (message.qw, message.qx, message.qy, message.qz)
         self.attitude_ns = stamp_ns
         self.tilt_rad = tilt_of(*q)
@@ -101,12 +88,12 @@ class Tracks:
         noisy = message.sigma_px > 0 and not message.noiseless
         return noisy and bool(message.corners_px) and message.corners_px == last.corners_px
 
-    def take_corners(self, message: MarkerCorners) -> bool:
+    def take_corners(self, message: MarkerCorners, *, offset_ns: int) -> bool:
         """Takes a frame's corners by the camera's clock, at `frame_ns` by the station's; True if they are usable."""
         if self._last is not None and message.boot_id != self._last.boot_id:
             self._starts.append(self._last.boot_id)
         self._last = message
-        self.frame_ns = message.capture_ns + self._offset_ns("camera")
+        self.frame_ns = message.capture_ns + offset_ns
         if not usable(message):
             return False
         # With a rolling shutter each corner has its own time; the centre's is their mean.
@@ -159,7 +146,8 @@ class Tracks:
 
     def seen(self, *, since_ns: int, until_ns: int) -> Seen | None:
         """Returns the path of the block in some frames; None without calibration, frames or attitudes."""
-        frames = sorted(frame for frame in self._frames if since_ns <= frame[0] <= until_ns)
+        # A clock that is set back gives a time twice; the later frame has it.
+        frames = sorted(dict(frame for frame in self._frames if since_ns <= frame[0] <= until_ns).items())
         if self.geometry is None or not frames or not self._attitudes:
             return None
         stamps, readings = np.array([stamp for stamp, _ in frames]), list(self._attitudes)
@@ -186,5 +174,5 @@ class Tracks:
             tilt_rad=[tilt for _, tilt in attitudes],
             # The centre is the mean of four corners.
             sigma_m=0.5 * sigma_px * self.geometry.mm_per_px * 1e-3,
-            clock_sigma_s=math.hypot(*(offset.sigma_ns for offset in self._offsets.values())) * 1e-9,
+            clock_sigma_s=self.clocks.sigma_s(now_ns=int(seen.time_ns[-1])),
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -99,6 +100,29 @@ def test_an_agent_that_starts_again_with_another_clock_is_followed_at_once():
     agent.skew_ns = SKEW_NS - 40 * STEP_NS
     keep(keeper, clock, seconds=2.2)
     assert offsets[-1].offset_ns == pytest.approx(agent.skew_ns, abs=1e6)
+
+
+def test_an_agent_that_answers_no_more_has_no_offset_after_ten_seconds():
+    clock = SimulatedClock()
+    offsets: list[object] = []
+
+    class Cut(MemoryBus):
+        cut = False
+
+        def request(self, service: str, message: Message, on_reply: ReplyHandler, **options: Any) -> None:
+            if not self.cut:
+                super().request(service, message, on_reply, **options)
+
+    bus = Cut(clock)
+    bus.subscribe("clock", offsets.append)
+    Agent(bus, clock, skew_ns=SKEW_NS, rng=np.random.default_rng(1))
+    keeper = ClockKeeper(bus, clock=clock, agents=("camera",))
+    keep(keeper, clock, seconds=5)
+    bus.cut = True
+    keep(keeper, clock, seconds=11)
+    reported = len(offsets)
+    keep(keeper, clock, seconds=60)
+    assert len(offsets) == reported
 
 
 def test_an_agent_that_never_answers_has_no_offset():

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
-from shared.messages import MarkerCorners
+from shared.messages import ClockOffset, MarkerCorners
 from station.sampling.actions import Action, Finish, Report, Say
+from station.sampling.clocks import AGENTS
 from station.sampling.phases import Phases
 from station.sampling.plan import Plan
 from station.sampling.run import Specimen
@@ -16,11 +17,18 @@ SQUARE_PX = (270.0, 330.0, 330.0, 330.0, 330.0, 270.0, 270.0, 270.0)
 
 
 def phases(plan: Plan, *, phase: str = "START", now_ns: int = 100 * SECOND_NS) -> Phases:
-    """Returns phases that have stood in `phase` since now, with nothing heard."""
+    """Returns phases that have stood in `phase` since now, with nothing heard but that all clocks are alike."""
     found = Phases(plan, size_px=(600, 600), reach=lambda _: math.radians(60.0), specimen=Specimen(), geometry=GEOMETRY)
     found.state.begin(now_ns)
     found.state.enter_silently(phase)
+    know_clocks(found, now_ns=now_ns)
     return found
+
+
+def know_clocks(found: Phases, *, now_ns: int) -> None:
+    """Tells the phases that all clocks are alike now."""
+    for agent in AGENTS:
+        found.tracks.clocks.take(ClockOffset(agent=agent), now_ns=now_ns)
 
 
 def corners(capture_ns: int, **changed: object) -> MarkerCorners:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from shared.messages import (
     ArmReply,
     CameraGeometry,
+    ClockOffset,
     Heartbeat,
     MarkerCorners,
     Message,
@@ -37,7 +38,7 @@ class ScriptedRig:
     """One block with the friction angle `friction_rad` on a plate that follows commands at their rate.
 
     The hooks change or drop (None) what would be sent: `on_corners(message, rig)`, `on_reply(reply, rig)`,
-    `on_motion(report, rig)`.
+    `on_motion(report, rig)`, `on_clock(offset, rig)`.
     """
 
     plan: Plan
@@ -48,6 +49,7 @@ class ScriptedRig:
     on_corners: Callable[[MarkerCorners, ScriptedRig], MarkerCorners | None] = lambda message, _: message
     on_reply: Callable[[ArmReply, ScriptedRig], ArmReply | None] = lambda reply, _: reply
     on_motion: Callable[[MotionReport, ScriptedRig], MotionReport | None] = lambda report, _: report
+    on_clock: Callable[[ClockOffset, ScriptedRig], ClockOffset | None] = lambda offset, _: offset
     now_ns: int = START_NS
     tilt_rad: float = 0.0
     place_px: tuple[float, float] = (300.0, 300.0)
@@ -100,6 +102,8 @@ class ScriptedRig:
             self._see()
         if self.now_ns // TURN_NS % 10 == 0:
             self.give(Heartbeat(self.now_ns, armed=True, owner=self.owner))
+        if self.now_ns // TURN_NS % 200 == 10:
+            self._tell_clocks()
 
     def _move(self) -> None:
         step = TURN_NS * 1e-9
@@ -129,6 +133,12 @@ class ScriptedRig:
         report = self.on_motion(MotionReport(self.now_ns, command.run, command.step, self.now_ns, end_ns), self)
         if report is not None:
             self.give(report)
+
+    def _tell_clocks(self) -> None:
+        for agent in ("camera", "arm"):
+            offset = self.on_clock(ClockOffset(self.now_ns, agent), self)
+            if offset is not None:
+                self.give(offset)
 
     def _see(self) -> None:
         self._frame += 1

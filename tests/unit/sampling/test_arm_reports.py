@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from shared.messages import ArmLease, ArmReply, ClockOffset, MotionReport
+from shared.messages import ArmLease, ArmReply, MotionReport
 from station.sampling.arm_reports import OWN_ORDER, ArmReports
 from station.sampling.phases import Phases
 from station.sampling.plan import Plan
@@ -18,7 +18,6 @@ def found() -> Phases:
     found.level()
     found.state.begin(found.state.now_ns)
     found.state.seen_ns = found.state.attitude_ns = found.state.now_ns
-    found.tracks.take_offset(ClockOffset(agent="arm"))
     return found
 
 

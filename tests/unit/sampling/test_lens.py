@@ -33,9 +33,9 @@ def test_a_bent_picture_gives_the_true_place():
 def test_a_rolling_shutters_frames_take_the_time_of_their_corners():
     frame = MarkerCorners(1_000, 1, (1.0,) * 8, corner_dt_ns=(100, 100, 300, 300), found=True)
     tracks = Tracks(geometry=GEOMETRY)
-    assert tracks.take_corners(frame)
+    assert tracks.take_corners(frame, offset_ns=0)
     assert tracks.frame_ns == 1_000
-    tracks.take_corners(dataclasses.replace(frame, capture_ns=5_000, corner_dt_ns=()))
+    tracks.take_corners(dataclasses.replace(frame, capture_ns=5_000, corner_dt_ns=()), offset_ns=0)
     assert [stamp for stamp, _ in tracks._frames] == [1_200, 5_000]  # pyright: ignore[reportPrivateUsage]
 
 

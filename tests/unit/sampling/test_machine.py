@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -289,19 +290,12 @@ def test_after_each_fault_in_a_row_it_waits_longer():
     assert np.diff(aborted) == pytest.approx([1.0, 2.0, 4.0], abs=0.1)
 
 
-@pytest.mark.parametrize("known", [True, False])
-def test_a_motion_report_of_an_earlier_session_ends_no_motion_of_this_one(known: bool):
-    def offset_first(message: MarkerCorners, rig: ScriptedRig) -> MarkerCorners:
-        if known and message.seq == 8:  # after the first heartbeat
-            rig.give(ClockOffset(rig.now_ns, "arm", 0))
-        return message
-
-    rig = ScriptedRig(Plan(samples=1), on_corners=offset_first)
+def test_a_motion_report_of_an_earlier_session_ends_no_motion_of_this_one():
+    rig = ScriptedRig(Plan(samples=1))
     rig.run(60.0, until=lambda rig: bool(rig.commands))
     command, old_ns = rig.commands[0], rig.now_ns - 60_000_000_000
     rig.give(MotionReport(old_ns, command.run, command.step, old_ns, old_ns + 1))
-    # Without the arm's clock its stamps say nothing, so the report must be taken for what it says.
-    assert ("STEP_END" in [event.phase for event in rig.events]) == (not known)
+    assert "STEP_END" not in [event.phase for event in rig.events]
 
 
 def test_the_resting_place_is_read_when_the_block_rests():
@@ -318,6 +312,8 @@ def test_what_came_before_the_first_heartbeat_is_not_heard():
     rig.give(PlatformState(rig.now_ns))
     rig.give(Heartbeat(rig.now_ns, armed=True))
     assert rig.phases() == []
+    for agent in ("camera", "arm"):
+        rig.give(ClockOffset(rig.now_ns, agent))
     rig.give(recorded)
     rig.give(PlatformState(rig.now_ns))
     rig.give(Heartbeat(rig.now_ns, armed=True))
@@ -700,15 +696,45 @@ def test_a_camera_without_noise_may_see_the_same_while_the_block_lies_still(says
     assert rig.fault == ""
 
 
+def with_camera_clock(off_ns: int) -> Callable[[MarkerCorners, ScriptedRig], MarkerCorners]:
+    return lambda message, _: dataclasses.replace(message, capture_ns=message.capture_ns - off_ns)
+
+
 def test_a_clock_that_the_station_knows_to_be_hours_off_makes_no_frame_late():
     off_ns = -3 * 3600 * 10**9
 
-    def stamped(message: MarkerCorners, rig: ScriptedRig) -> MarkerCorners:
-        rig.give(ClockOffset(rig.now_ns, "camera", off_ns))
-        return dataclasses.replace(message, capture_ns=message.capture_ns - off_ns)
+    def told(offset: ClockOffset, _: ScriptedRig) -> ClockOffset:
+        return dataclasses.replace(offset, offset_ns=off_ns) if offset.agent == "camera" else offset
 
-    rig = finished(ScriptedRig(Plan(samples=1), on_corners=stamped))
+    rig = finished(ScriptedRig(Plan(samples=1), on_corners=with_camera_clock(off_ns), on_clock=told))
     assert [sample.flags for sample in rig.samples] == [()]
+
+
+@pytest.mark.parametrize("agent", ["camera", "arm"])
+def test_nothing_begins_while_a_clock_is_not_known(agent: str):
+    """Frames were taken to be of the station's own clock, and onsets were off by 0.6 degrees, 0.002 stated."""
+    rig = ScriptedRig(
+        Plan(samples=1, timeout_s=3.0),
+        on_corners=with_camera_clock(200_000_000),
+        on_clock=lambda offset, _: None if offset.agent == agent else offset,
+    )
+    assert f"expected answers from {agent}/clock" in (finished(rig).fault or "")
+    assert not rig.commands
+
+
+@pytest.mark.parametrize("agent", ["camera", "arm"])
+def test_a_clock_that_answers_no_more_ends_the_run_and_the_session_waits_for_it(agent: str):
+    rig = ScriptedRig(Plan(samples=3, dwell=DwellPlan(min_s=2.0, max_s=2.0)), friction_rad=0.3)
+    rig.run(60.0, until=lambda rig: bool(rig.samples))
+    rig.on_clock = lambda offset, _: None if offset.agent == agent else offset
+    rig.run(60.0)
+    assert rig.fault is None
+    assert "waiting, level, for the " + agent + " agent" in rig.lines
+    seen = len(rig.samples)
+    rig.run(20.0)
+    assert len(rig.samples) == seen
+    rig.on_clock = lambda offset, _: offset
+    assert finished(rig).fault == ""
 
 
 # --- long outages ----------------------------------------------------------------------------------------------------

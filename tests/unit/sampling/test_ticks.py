@@ -10,7 +10,7 @@ from shared.messages import Heartbeat, PlatformState
 from station.sampling.phases import Phases
 from station.sampling.plan import Plan
 from station.sampling.ticks import Ticks
-from tests.unit.sampling.given_phases import SECOND_NS, phases, told
+from tests.unit.sampling.given_phases import SECOND_NS, know_clocks, phases, told
 
 PLAN = Plan(samples=3)
 
@@ -31,10 +31,20 @@ def test_a_session_begins_once_all_are_heard() -> None:
     assert found.state.owner == "mine"
 
 
-def test_a_session_that_hears_nobody_ends() -> None:
-    (level, end) = tick(phases(PLAN), later_s=PLAN.timeout_s + 1.0)
+@pytest.mark.parametrize(
+    ("answered", "said"),
+    [
+        (True, "expected the plate's attitude (arm/platform) and corners of the marker (camera/corners) within"),
+        (False, "expected answers from camera/clock and arm/clock to the station's pings within"),
+    ],
+)
+def test_a_session_that_hears_nobody_ends(answered: bool, said: str) -> None:
+    found, late_s = phases(PLAN), PLAN.timeout_s + 1.0
+    if answered:
+        know_clocks(found, now_ns=found.state.now_ns + round(late_s * SECOND_NS))
+    (level, end) = tick(found, later_s=late_s)
     assert level == "error"
-    assert "expected the plate's attitude (arm/platform) and corners of the marker (camera/corners) within" in end
+    assert said in end
 
 
 @pytest.mark.parametrize(("phase", "named"), [("TILT", ["ABORTED", "error"]), ("ABORTED", [])])
