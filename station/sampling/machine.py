@@ -51,7 +51,7 @@ class SamplingMachine:
         self._phases = Phases(plan, size_px=size_px, reach=reach, specimen=specimen, geometry=geometry)
         self._state, self._tracks = self._phases.state, self._phases.tracks
         frames, arm, ticks = Frames(plan, self._phases), ArmReports(self._phases), Ticks(plan, self._phases)
-        self._listening = False
+        self._listening = self._told_of_air = False
         self._handlers: dict[type[Message], Callable[..., None]] = {
             MarkerCorners: frames.corners,
             PlatformState: self._on_attitude,
@@ -114,7 +114,15 @@ class SamplingMachine:
             self._state.run.disturb("clock")
 
     def _on_environment(self, message: Environment) -> None:
-        self._phases.environment = message
+        """Takes a reading of the air; one of another time is told once, as the sensor's clock may be at fault."""
+        state = self._state
+        if self._phases.air.take(message, now_ns=state.now_ns) or self._told_of_air:
+            return
+        self._told_of_air = True
+        old_s = state.since(message.stamp_ns)
+        state.say(
+            "warning", f"expected the air (environment) of this moment, got a stamp of {old_s:.0f} s ago: not taken"
+        )
 
     def _on_pause(self, message: SessionPause) -> None:
         """Holds back the next run, or lets it begin at the next tick."""

@@ -7,8 +7,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from shared.messages import CameraGeometry, Environment, MarkerCorners
+from shared.messages import CameraGeometry, MarkerCorners
 from station.sampling.actions import Report
+from station.sampling.air import Air
 from station.sampling.angles import AngleRange
 from station.sampling.direction import Direction, choose
 from station.sampling.plan import Plan
@@ -43,7 +44,7 @@ class Phases:
         self.state = State(plan)
         self.tracks = Tracks(geometry=geometry and geometry.if_calibrated())
         self.rest = RestDetector(plan.slip)
-        self.environment: Environment | None = None
+        self.air = Air()
 
     def synchronise(self) -> None:
         """Makes a small tilt and back, seen by the arm and (by its sag) by the camera: one sync event a session."""
@@ -214,7 +215,7 @@ class Phases:
             specimen=self._specimen,
             start=self.tracks.pose_of(run.reference.corners_px if run.reference else ()),
             rate_rad_s=math.radians(self.state.run.rate_deg_s),
-            environment=self.environment,
+            environment=self.air.at(run.detect_ns),
         )
         if wrong := sample.impossible():
             state.abort(f"expected a sample that can be measured, got {wrong}: look at the camera's calibration")

@@ -14,6 +14,7 @@ from shared.messages import (
     ArmReply,
     CameraGeometry,
     ClockOffset,
+    Environment,
     Heartbeat,
     MarkerCorners,
     Message,
@@ -735,6 +736,27 @@ def test_a_clock_that_answers_no_more_ends_the_run_and_the_session_waits_for_it(
     assert len(rig.samples) == seen
     rig.on_clock = lambda offset, _: offset
     assert finished(rig).fault == ""
+
+
+@pytest.mark.parametrize(("age_s", "taken"), [(0, True), (86_400, False), (-86_400, False)])
+def test_a_reading_of_the_air_is_that_of_its_time(age_s: int, taken: bool):
+    rig = ScriptedRig(Plan(samples=1))
+    rig.run(1.0)
+    for _ in range(2):
+        rig.give(Environment(rig.now_ns - age_s * 1_000_000_000, temperature_c=21.5, relative_humidity=0.4))
+    (sample,) = finished(rig).samples
+    assert (sample.temperature_c == 21.5) == taken
+    assert math.isnan(sample.relative_humidity) != taken
+    assert sum("the air" in line for line in rig.lines) == (not taken)
+
+
+def test_a_thermometer_that_has_died_tells_later_runs_nothing():
+    rig = ScriptedRig(Plan(samples=12))
+    rig.run(1.0)
+    rig.give(Environment(rig.now_ns, temperature_c=21.5))
+    temperatures = [sample.temperature_c for sample in finished(rig, seconds=600.0).samples]
+    assert temperatures[0] == 21.5
+    assert math.isnan(temperatures[-1])
 
 
 # --- long outages ----------------------------------------------------------------------------------------------------
