@@ -12,7 +12,7 @@ from shared.messages import ArmReply, ArmStop, Heartbeat, Message, TiltCommand
 from station.arm.announcements import WARNING, Announcements, Moment
 from station.arm.drivers import Driver, DriverLink, load_driver
 from station.arm.gate import FUTURE_NS, Action, SafetyGate
-from station.arm.kept_stop import KeptStop
+from station.arm.kept import Kept
 from station.arm.lease_and_stop import LeaseAndStop
 from station.arm.motions import Motions
 from station.arm.tilter import Tilter
@@ -30,7 +30,7 @@ class ArmAgent:
         driver: Driver,
         gate: SafetyGate,
         settings: ArmSettings,
-        kept: KeptStop | None = None,
+        kept: Kept | None = None,
     ) -> None:
         self._tilter, self._driver, self._gate = tilter, driver, gate
         self._moment = moment = Moment()
@@ -143,12 +143,13 @@ def arm_agent(
     *,
     driver: Driver | None = None,
     tilter: Tilter | None = None,
-    kept: KeptStop | None = None,
+    kept: Kept | None = None,
 ) -> ArmAgent:
     """Returns the agent for the `[arm]` table of a rig: model, placement, driver and gate put together.
 
     A `tilter` of these settings that has not moved yet brings the paths that it has solved. `kept` brings the stop that
-    an agent before has left in force; a simulated arm, which nobody can start again, needs none. Raises UserError with
+    an agent before has left in force, and who claimed the arm; an arm within a process, which nobody can start again,
+    needs none. Raises UserError with
     one sentence when they do not fit.
     """
     tilter = tilter or Tilter.from_settings(settings)
@@ -156,6 +157,12 @@ def arm_agent(
         share = settings.gate.acceleration_share
         link = DriverLink(bus=bus, model=tilter.stage.model, options=settings.options, acceleration_share=share)
         driver = load_driver(settings.driver, link=link)
-    stopped = kept.read() if kept is not None else ""
-    gate = SafetyGate(tilter.stage, settings=settings.gate, may_arm=settings.may_arm, stopped=stopped)
+    stopped, claimed_by = (kept.stop.read(), kept.claimed_by.read()) if kept is not None else ("", "")
+    gate = SafetyGate(
+        tilter.stage,
+        settings=settings.gate,
+        may_arm=settings.may_arm,
+        stopped=stopped,
+        claimed_by=claimed_by or None,
+    )
     return ArmAgent(bus, tilter=tilter, driver=driver, gate=gate, settings=settings, kept=kept)

@@ -51,8 +51,16 @@ _GO = Verdict(Action.NONE)
 class SafetyGate:
     """Decides about every motion of one arm; `may_arm` is the rig's own permission."""
 
-    def __init__(self, stage: TiltStage, *, settings: GateSettings, may_arm: bool, stopped: str = "") -> None:
-        """`stopped` is the reason of an emergency stop that is in force already."""
+    def __init__(
+        self,
+        stage: TiltStage,
+        *,
+        settings: GateSettings,
+        may_arm: bool,
+        stopped: str = "",
+        claimed_by: str | None = None,
+    ) -> None:
+        """`stopped` is the reason of an emergency stop that is in force already; `claimed_by` has claimed the arm."""
         self._stage = stage
         self._settings = settings
         self._may_arm = may_arm
@@ -61,7 +69,7 @@ class SafetyGate:
         self._found_right = Remembered[tuple[bytes, ...], bool]()
         """The numbers of motions found right, the oldest first."""
         self._now_ns = 0
-        self._lease = Lease(timeout_s=settings.heartbeat_timeout_s)
+        self._lease = Lease(timeout_s=settings.heartbeat_timeout_s, claimed_by=claimed_by)
         self._armed = False
         self._stopped = stopped
         self._acknowledged: str | None = None
@@ -105,6 +113,11 @@ class SafetyGate:
     def owner(self) -> str | None:
         """The session that has the arm; None while nobody has it."""
         return self._lease.owner
+
+    @property
+    def claimed_by(self) -> str | None:
+        """The session that claimed the arm last; None while none has."""
+        return self._lease.claimed_by
 
     @property
     def stopped(self) -> str:

@@ -6,7 +6,7 @@ from shared.bus import Bus
 from shared.messages import ArmLease, ArmReply, Heartbeat, LeaseRequest, Message
 from station.arm.announcements import ERROR, WARNING, Announcements, Moment
 from station.arm.gate import SafetyGate
-from station.arm.kept_stop import KeptStop
+from station.arm.kept import Kept
 
 _LEASE_NS = 1_000_000_000
 
@@ -15,7 +15,7 @@ class LeaseAndStop:
     """Takes claims, heartbeats and stops to the gate, and tells what has come of them."""
 
     def __init__(
-        self, bus: Bus, moment: Moment, *, gate: SafetyGate, announce: Announcements, kept: KeptStop | None
+        self, bus: Bus, moment: Moment, *, gate: SafetyGate, announce: Announcements, kept: Kept | None
     ) -> None:
         self._bus, self._moment = bus, moment
         self._gate, self._announce, self._kept = gate, announce, kept
@@ -48,12 +48,13 @@ class LeaseAndStop:
         self._keep()
 
     def _keep(self) -> None:
-        """Keeps the stop in force where the next agent of this rig finds it; what cannot be is tried again."""
+        """Keeps stop and claim where the next agent of this rig finds them; what cannot be is tried again."""
         unkept, self._unkept = self._unkept, ""
         try:
             if self._kept is not None:
-                self._kept.keep(self._gate.stopped)
+                self._kept.stop.keep(self._gate.stopped)
+                self._kept.claimed_by.keep(self._gate.claimed_by or "")
         except OSError as fault:
-            self._unkept = f"the next arm agent will not know whether the arm is stopped: {fault}"
+            self._unkept = f"the next arm agent will not know whether the arm is stopped, and who claimed it: {fault}"
             if self._unkept != unkept:
                 self._announce.log(ERROR, self._unkept)

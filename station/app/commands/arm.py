@@ -9,7 +9,7 @@ from shared.zenoh_bus import ZenohBus
 from station.app import assembly
 from station.arm import loop
 from station.arm.agent import arm_agent
-from station.arm.kept_stop import kept_stop
+from station.arm.kept import kept
 from station.rig.tilt import DIRECTIONS, azimuth_of_direction
 
 NAME = "arm"
@@ -29,13 +29,13 @@ def run(options: argparse.Namespace) -> int:
     settings = assembly.arm_settings(rig)
     clock, requests = SystemClock(), loop.Requests()
     with ZenohBus.of("arm", rig, clock=clock) as bus:
-        kept = kept_stop(rig.id)
-        agent = arm_agent(bus, settings, kept=kept)
+        before = kept(rig.id)
+        agent = arm_agent(bus, settings, kept=before)
         for direction in range(DIRECTIONS):  # solved now, not in the middle of the first tick that needs it
             agent.tilter.path(azimuth_of_direction(direction))
         with loop.signals(requests):
             print(f"The arm agent of rig '{rig.id}' ({settings.driver}) is on the bus at {rig.bus.arm}.", flush=True)
-            if stopped := kept.read():
+            if stopped := before.stop.read():
                 print(f"The arm is stopped ({stopped}) until a session is started.", flush=True)
             loop.run(agent, bus=bus, clock=clock, requests=requests)
     return 0

@@ -24,7 +24,7 @@ from shared.messages import (
     TiltCommand,
 )
 from station.arm.agent import ArmAgent, arm_agent
-from station.arm.kept_stop import KeptStop
+from station.arm.kept import Kept
 from station.arm.tilt_path import TiltStage, tilt_stage
 from station.rig.arm_model import ArmModel, load_arm_model
 from station.rig.arm_settings import ArmSettings
@@ -45,7 +45,7 @@ def stage(model: ArmModel) -> TiltStage:
 class FakeRig:
     """An arm agent in simulated time with an arm that goes where it is told; `disturb` changes what it measures."""
 
-    def __init__(self, settings: ArmSettings, *, kept: KeptStop | None = None) -> None:
+    def __init__(self, settings: ArmSettings, *, kept: Kept | None = None) -> None:
         self.clock = SimulatedClock()
         self.bus = MemoryBus(self.clock)
         self.agent: ArmAgent = arm_agent(self.bus, settings, kept=kept)

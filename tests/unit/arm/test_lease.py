@@ -183,14 +183,18 @@ def test_disarming_holds_the_motion_and_the_plate_is_levelled_whoever_beats(owne
     assert tilt_deg(owned) == pytest.approx(0, abs=1e-3)
 
 
-def test_who_does_not_arm_watches_no_plate(owned: FakeRig) -> None:
+@pytest.mark.parametrize(
+    ("claims", "reason"), [(True, "the arm is disarmed"), (False, "the station's heartbeat is lost")]
+)
+def test_who_does_not_arm_watches_no_plate(owned: FakeRig, claims: bool, reason: str) -> None:
     owned.command(30, owner="mine")
     owned.advance(5, owner="mine")
     owned.advance(2, heartbeat=False)
+    assert not claims or owned.claim("theirs").accepted
     owned.advance(30, owner="theirs", armed=False)
     assert tilt_deg(owned) == pytest.approx(0, abs=1e-3)
     said = [message.message for message in owned.of(Log) if isinstance(message, Log)]
-    assert "the arm is disarmed: levelling slowly" in said
+    assert f"{reason}: levelling slowly" in said
 
 
 @pytest.mark.parametrize("ends", ["disarms", "falls silent"])

@@ -1,4 +1,4 @@
-"""An emergency stop outlives the arm agent, and ends with the next session."""
+"""An emergency stop outlives the arm agent, and ends with the next session; who claimed the arm is known ever after."""
 
 from __future__ import annotations
 
@@ -12,18 +12,23 @@ import pytest
 from shared.errors import UserError
 from shared.foxglove import Log
 from shared.messages import ArmLease
-from station.arm.kept_stop import KeptStop, kept_stop
+from station.arm.kept import Kept, KeptText, kept
 from station.rig.arm_settings import ArmSettings
 from tests.unit.arm.conftest import FakeRig
 
 
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
+    """Returns the file of a stop."""
     return tmp_path / "repose" / "rig.stopped"
 
 
+def kept_at(path: Path) -> Kept:
+    return Kept.at(path.with_suffix(""))
+
+
 def agent(path: Path) -> FakeRig:
-    return FakeRig(ArmSettings(), kept=KeptStop(path))
+    return FakeRig(ArmSettings(), kept=kept_at(path))
 
 
 @pytest.fixture
@@ -58,13 +63,33 @@ def test_an_agent_that_is_started_again_obeys_the_next_session(killed: Path) -> 
 
 
 def test_an_agent_that_was_not_stopped_leaves_nothing(path: Path) -> None:
-    agent(path).advance(0.2, owner="mine")
+    rig = agent(path)
+    rig.advance(0.2, owner="mine")
     assert not path.parent.exists()
+    assert rig.claim("mine").accepted
+    rig.advance(0.2, owner="mine")
+    assert [one.name for one in path.parent.iterdir()] == ["rig.claimed"]
+
+
+@pytest.mark.parametrize("theirs_ends", [False, True])
+def test_a_session_that_was_taken_over_does_not_get_the_arm_from_the_next_agent(path: Path, theirs_ends: bool) -> None:
+    """It was stopped itself meanwhile; a new agent heard its heartbeat alone, and obeyed it."""
+    first = agent(path)
+    assert first.claim("mine").accepted
+    first.advance(0.2, owner="mine")
+    assert first.claim("theirs", take_over=True).accepted
+    first.advance(0.2, owner="theirs", armed=not theirs_ends)
+    second = agent(path)
+    second.clock.advance_to(first.clock.now_ns())
+    second.advance(2.0, owner="mine")
+    assert "has lost the arm to session theirs" in second.command(20, owner="mine").reason
+    second.advance(0.2, owner="theirs")
+    assert second.command(20, owner="theirs").accepted
 
 
 def test_a_stop_that_cannot_be_kept_holds_all_the_same_and_that_is_said_once(path: Path) -> None:
     path.parent.write_text("no folder")
-    rig = FakeRig(ArmSettings(), kept=_Unkept(path))
+    rig = FakeRig(ArmSettings(), kept=_unkept(path))
     rig.advance(0.2)
     assert rig.stop("by hand").accepted
     rig.advance(1.0)
@@ -75,18 +100,22 @@ def test_a_stop_that_cannot_be_kept_holds_all_the_same_and_that_is_said_once(pat
 
 def test_a_stop_that_could_not_be_kept_is_kept_once_there_is_room(path: Path) -> None:
     path.parent.write_text("a full disk")
-    rig = FakeRig(ArmSettings(), kept=_Unkept(path))
+    rig = FakeRig(ArmSettings(), kept=_unkept(path))
     rig.advance(0.2)
     rig.stop("by hand")
     rig.advance(0.2)
     path.parent.unlink()
     rig.advance(0.02)
-    assert KeptStop(path).read() == "by hand"
+    assert kept_at(path).stop.read() == "by hand"
 
 
-class _Unkept(KeptStop):
+class _Unread(KeptText):
     def read(self) -> str:
         return ""
+
+
+def _unkept(path: Path) -> Kept:
+    return Kept(_Unread(path, what="", cut_off=""), _Unread(path.with_suffix(".claimed"), what="", cut_off=""))
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="opens no folder to wait for its names")
@@ -99,7 +128,7 @@ def test_a_stop_is_on_the_disk_itself_with_its_name(path: Path, monkeypatch: pyt
         synced[state.st_ino] = state.st_size
 
     monkeypatch.setattr(os, "fsync", fsync)
-    KeptStop(path).keep("by hand")
+    kept_at(path).stop.keep("by hand")
     assert synced[path.stat().st_ino] == len("by hand")
     assert {path.parent.stat().st_ino, path.parent.parent.stat().st_ino} < set(synced)
 
@@ -107,16 +136,16 @@ def test_a_stop_is_on_the_disk_itself_with_its_name(path: Path, monkeypatch: pyt
 def test_what_cannot_be_read_lets_no_agent_start(path: Path) -> None:
     path.mkdir(parents=True)
     with pytest.raises(UserError, match="whether an emergency stop is in force"):
-        KeptStop(path).read()
+        kept_at(path).stop.read()
 
 
 def test_a_file_that_was_cut_off_is_a_stop(path: Path) -> None:
     path.parent.mkdir()
     path.touch()
-    assert KeptStop(path).read() == "emergency stop"
+    assert kept_at(path).stop.read() == "emergency stop"
 
 
 def test_each_rig_has_a_place_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    kept_stop("one").keep("by hand")
-    assert (kept_stop("one").read(), kept_stop("two").read()) == ("by hand", "")
+    kept("one").stop.keep("by hand")
+    assert (kept("one").stop.read(), kept("two").stop.read()) == ("by hand", "")
