@@ -65,7 +65,7 @@ class Bench:
         words = [sys.executable, "-m", "station", "deploy", *self.target.words, "--rig", str(self.rig)]
         words += ["--root", str(self.root), "--supervisor", supervisor, "--python", sys.executable, "--offline"]
         words += ["--lock", str(self.lock), "--wheels", str(self.lock.parent), "--code", str(self.code)]
-        words += ["--verify-seconds", "0", "--patience", str(PATIENCE_S), *more]
+        words += ["--verify-seconds", "0", "--patience", str(0.8 * PATIENCE_S), *more]
         return subprocess.run(words, capture_output=True, text=True, check=False, cwd=CHECKOUT, timeout=PATIENCE_S)
 
     @property

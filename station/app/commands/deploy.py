@@ -135,11 +135,11 @@ def _install(deployment: Deployment, rig: RigConfig, options: argparse.Namespace
     if options.verify_seconds <= 0:
         return 0
     arrival = deployment.verify(rig)
-    print(f"Verified: {arrival}." if arrival.corners else f"No corners came: {arrival.fault or 'no frame was seen'}.")
+    print(f"Verified: {arrival}." if arrival.corners else f"No corners came: {arrival.heard}.")
     if arrival.corners or options.force:
         return 0
     what = f"; {deployment.roll_back()}" if done["switched"] else ""
     raise UserError(
         f"Expected corners over the bus, got none in {options.patience:g} s "
-        f"({arrival.fault or 'no fault was told'}){what} (--force keeps a release that sees nothing)"
+        f"({arrival.heard}){what} (--force keeps a release that sees nothing)"
     )

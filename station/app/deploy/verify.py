@@ -29,7 +29,8 @@ one is answered no corners can be told from an earlier agent's."""
 class Arrival:
     """The messages that came in `seconds`: corners by capture time, latency from capture to this computer's handler.
 
-    `offset_ms` is this clock less the agent's, `sigma_ms` its standard error; NaN where nothing came.
+    `offset_ms` is this clock less the agent's, `sigma_ms` its standard error; NaN where nothing came. `stale` are
+    corners that may be of before, and `answered` the pings that the agent answered.
     """
 
     corners: int
@@ -42,6 +43,14 @@ class Arrival:
     dropped: int
     version: str
     fault: str
+    stale: int = 0
+    answered: int = 0
+
+    @property
+    def heard(self) -> str:
+        """What was heard where no corners came, in words."""
+        said = self.fault or "the agent told no fault"
+        return f"{said}; it answered {self.answered} pings, and {self.stale} corners came that may be of before"
 
     def __str__(self) -> str:
         """Returns one line for the terminal."""
@@ -60,14 +69,19 @@ class _Listener:
     since_ns: int
     times: list[tuple[int, int]] = field(default_factory=list[tuple[int, int]])
     found: int = 0
+    stale: int = 0
     status: AgentStatus | None = None
     trips: deque[RoundTrip] = field(default_factory=deque[RoundTrip])
 
     def corners(self, received: Received) -> None:
         message = received.message
-        if isinstance(message, MarkerCorners) and self._fresh(message):
-            self.times.append((message.capture_ns, received.receive_ns))
-            self.found += message.found
+        if not isinstance(message, MarkerCorners):
+            return
+        if not self._fresh(message):
+            self.stale += 1
+            return
+        self.times.append((message.capture_ns, received.receive_ns))
+        self.found += message.found
 
     def _fresh(self, message: MarkerCorners) -> bool:
         """Returns true if it is neither of an earlier agent's cache nor from before anybody listened, however slow."""
@@ -136,4 +150,6 @@ def _arrival(heard: _Listener) -> Arrival:
         dropped=status.dropped,
         version=visible(status.version),
         fault=visible(status.fault) if heard.status else "nothing: no status came",
+        stale=heard.stale,
+        answered=len(heard.trips),
     )

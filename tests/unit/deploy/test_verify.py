@@ -78,3 +78,14 @@ def test_it_gives_up_on_a_camera_that_never_has_one(monkeypatch: pytest.MonkeyPa
 def test_the_agents_words_are_visible(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(BusyCamera, "status", AgentStatus(boot_id=BOOT, version="9\x1b[2J", fault="no light\x07"))
     assert str(heard(monkeypatch, more=0)).endswith("agent 9␛[2J; the agent says: no light␇")
+
+
+def test_what_came_in_place_of_corners_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Corners of another life of the agent are none of this one's."""
+    monkeypatch.setattr(BusyCamera, "status", AgentStatus(boot_id=BOOT + 1))
+    arrival = heard(monkeypatch, more=3)
+    assert (arrival.corners, arrival.stale) == (0, 4)
+    assert arrival.answered > 0
+    assert arrival.heard == (
+        f"the agent told no fault; it answered {arrival.answered} pings, and 4 corners came that may be of before"
+    )
