@@ -48,7 +48,7 @@ class Arrival:
 
     @property
     def heard(self) -> str:
-        """What was heard where no corners came, in words."""
+        """The words for what came in place of corners."""
         said = self.fault or "the agent told no fault"
         return f"{said}; it answered {self.answered} pings, and {self.stale} corners came that may be of before"
 
