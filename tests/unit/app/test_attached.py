@@ -49,8 +49,8 @@ def golden() -> tuple[McapReader, list[tuple[Schema | None, Channel, Message]]]:
     return reader, list(reader.iter_messages())
 
 
-def forged(path: Path, *, more: str = "", rig: bytes | None = None) -> Path:
-    """The golden session with `more` behind its rig file, or with another `rig` in its place."""
+def forged(path: Path, *, more: str = "", rig: bytes | None = None, rig_id: str = "") -> Path:
+    """The golden session with `more` behind its rig file, or with another `rig` of the id `rig_id` in its place."""
     reader, messages = golden()
     with path.open("wb") as target:
         writer = Writer(target)
@@ -66,7 +66,9 @@ def forged(path: Path, *, more: str = "", rig: bytes | None = None) -> Path:
             text = (rig or one.data + more.encode()) if one.name == "rig.toml" else one.data
             writer.add_attachment(one.create_time, one.log_time, one.name, one.media_type, text)
         for one in reader.iter_metadata():
-            writer.add_metadata(one.name, one.metadata)
+            writer.add_metadata(
+                one.name, one.metadata | ({"rig_id": rig_id} if rig_id and "rig_id" in one.metadata else {})
+            )
         writer.finish()
     return path
 
@@ -115,7 +117,7 @@ def test_a_recording_of_a_rig_with_any_id_is_read(
     assert own is not None
     name = '<b>the "lab"</b>/1'
     text = "\n".join(f"id = '{name}'" if line.startswith("id =") else line for line in own.text.splitlines())
-    path = forged(tmp_path / "older.mcap", rig=text.encode())
+    path = forged(tmp_path / "older.mcap", rig=text.encode(), rig_id=name)
     rig = attached_rig(open_recording(path))
     assert rig is not None
     assert rig.id == name

@@ -98,9 +98,10 @@ def test_simulated_blocks_slide_from_where_the_recorded_one_did_whatever_the_mea
     """The recorded tilts end with the slides: with a mean friction above a run's own, its block would hold."""
     with made_by("station diagnose a.mcap"):
         drawn = ET.fromstring(run_in_motion(recording, answer("kinetic_drop", mu_s=mu_s)))
-    recorded, *simulated = ways_mm(drawn)
+    recorded, plain, with_less_friction = ways_mm(drawn)
     assert recorded > 10.0
-    assert simulated == pytest.approx([recorded, recorded], rel=0.2)
+    assert plain == pytest.approx(recorded, rel=0.2)
+    assert with_less_friction >= plain
     assert "at the run's own level of friction" in (drawn.findtext("figcaption") or "")
 
 
