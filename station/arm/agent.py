@@ -11,8 +11,9 @@ from shared.errors import UserError
 from shared.messages import ArmReply, ArmStop, Heartbeat, Message, TiltCommand
 from station.arm.announcements import WARNING, Announcements, Moment
 from station.arm.drivers import Driver, DriverLink, load_driver
-from station.arm.gate import FUTURE_NS, Action, SafetyGate
+from station.arm.gate import Action, SafetyGate
 from station.arm.kept import Kept
+from station.arm.lease import FUTURE_NS
 from station.arm.lease_and_stop import LeaseAndStop
 from station.arm.motions import Motions
 from station.arm.tilter import Tilter
@@ -99,12 +100,12 @@ class ArmAgent:
     def _read(self, now_ns: int) -> None:
         """Takes the driver's reading, unless it is of a time to come: by a wrong stamp all after it would be old."""
         reading = self._driver.read()
-        ahead_s = (reading.stamp_ns - now_ns) * 1e-9 if reading is not None and reading.stamp_ns > now_ns else 0.0
-        told, self._ahead = self._ahead, ahead_s * 1e9 > FUTURE_NS
+        ahead_ns = 0 if reading is None else reading.stamp_ns - now_ns
+        told, self._ahead = self._ahead, ahead_ns > FUTURE_NS
         if not self._ahead:
             self._moment.reading = reading
         elif not told:
-            text = f"the arm's joint states are stamped {ahead_s:.3g} s ahead and not taken: see to its clock"
+            text = f"the arm's joint states are stamped {ahead_ns * 1e-9:.3g} s ahead and not taken: see to its clock"
             self._announce.log(WARNING, text)
 
     def _watch(self, now_ns: int) -> None:
@@ -149,8 +150,7 @@ def arm_agent(
 
     A `tilter` of these settings that has not moved yet brings the paths that it has solved. `kept` brings the stop that
     an agent before has left in force, and who claimed the arm; an arm within a process, which nobody can start again,
-    needs none. Raises UserError with
-    one sentence when they do not fit.
+    needs none. Raises UserError with one sentence when they do not fit.
     """
     tilter = tilter or Tilter.from_settings(settings)
     if driver is None:

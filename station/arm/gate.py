@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from shared.messages import Heartbeat, LeaseRequest
 from station.arm.drivers import JointReading
-from station.arm.lease import Lease
+from station.arm.lease import FUTURE_NS, Lease
 from station.arm.limits import trajectory_fault
 from station.arm.remembered import Remembered
 from station.arm.tilt_path import TiltStage
@@ -24,8 +24,6 @@ from station.arm.trajectory import JointTrajectory
 from station.rig.arm_settings import GateSettings
 
 Array = NDArray[np.float64]
-FUTURE_NS = 200_000_000
-"""A tick from further back, or a reading from further ahead, is a clock that was set, not a busy machine."""
 
 
 class Action(Enum):

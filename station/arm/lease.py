@@ -12,7 +12,9 @@ from collections import OrderedDict
 
 from shared.messages import Heartbeat, LeaseRequest
 
-_FUTURE_NS = 200_000_000  # a heartbeat from further ahead is a wrong clock, not a live station
+FUTURE_NS = 200_000_000
+"""A heartbeat or a reading from further ahead, or a tick from further back, tells of a clock that was set, not of a
+busy machine."""
 _REMEMBERED = 64
 """Sessions whose last stamp is remembered, so that a heartbeat of theirs that was held up proves nothing."""
 
@@ -50,7 +52,7 @@ class Lease:
         session that nobody has heard yet it would end an emergency stop, and then be missed.
         """
         oldest_ns = max(now_ns - self._timeout_ns, self._last_ns.get(message.owner, 0))
-        if not oldest_ns <= message.stamp_ns <= now_ns + _FUTURE_NS:
+        if not oldest_ns <= message.stamp_ns <= now_ns + FUTURE_NS:
             return False
         if self.refusal(message.owner, now_ns=now_ns):
             return False

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from shared.bus import Received
 from shared.clock import SimulatedClock
+from shared.geometry import tilt_of
 from shared.memory_bus import MemoryBus
 from shared.messages import (
     ArmReply,
@@ -21,6 +22,7 @@ from shared.messages import (
     LeaseRequest,
     Message,
     MotionReport,
+    PlatformState,
     TiltCommand,
 )
 from station.arm.agent import ArmAgent, arm_agent
@@ -119,6 +121,19 @@ class FakeRig:
     @property
     def reports(self) -> list[MotionReport]:
         return [message for message in self.messages if isinstance(message, MotionReport)]
+
+
+def last_platform(rig: FakeRig) -> PlatformState:
+    """Returns the attitude that was published last."""
+    state = rig.of(PlatformState)[-1]
+    assert isinstance(state, PlatformState)
+    return state
+
+
+def tilt_deg(rig: FakeRig) -> float:
+    """Returns the plate's tilt by that attitude."""
+    state = last_platform(rig)
+    return math.degrees(tilt_of(state.qw, state.qx, state.qy, state.qz))
 
 
 @pytest.fixture

@@ -8,24 +8,12 @@ import numpy as np
 import pytest
 
 from shared.foxglove import Log
-from shared.geometry import tilt_of
 from shared.messages import Heartbeat, JointState, MotionReport, PlatformState
 from station.arm.kinematics import pivot_pose
 from station.arm.tilt_path import TiltStage, tilt_path
 from station.rig.arm_settings import ArmSettings
 from station.rig.tilt import tilt_rotation
-from tests.unit.arm.conftest import TICK_NS, FakeRig
-
-
-def last_platform(rig: FakeRig) -> PlatformState:
-    state = rig.of(PlatformState)[-1]
-    assert isinstance(state, PlatformState)
-    return state
-
-
-def tilt_deg(rig: FakeRig) -> float:
-    state = last_platform(rig)
-    return math.degrees(tilt_of(state.qw, state.qx, state.qy, state.qz))
+from tests.unit.arm.conftest import TICK_NS, FakeRig, last_platform, tilt_deg
 
 
 def test_a_commanded_tilt_is_executed_and_reported_from_begin_to_end(rig: FakeRig) -> None:

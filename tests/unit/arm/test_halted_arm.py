@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 
 from shared.foxglove import Log
-from shared.geometry import tilt_of
-from shared.messages import PlatformState
 from station.arm.drivers.simulated import SimulatedArm
 from station.rig.arm_settings import ArmSettings, GateSettings
-from tests.unit.arm.conftest import FakeRig
+from tests.unit.arm.conftest import FakeRig, tilt_deg
 
 BRAKING_NS = 300_000_000
 
@@ -22,12 +18,6 @@ class BrakingArm(SimulatedArm):
 
     def halt(self, *, now_ns: int) -> None:
         super().halt(now_ns=now_ns + BRAKING_NS)
-
-
-def tilt_deg(rig: FakeRig) -> float:
-    state = rig.of(PlatformState)[-1]
-    assert isinstance(state, PlatformState)
-    return math.degrees(tilt_of(state.qw, state.qx, state.qy, state.qz))
 
 
 def lines(rig: FakeRig) -> list[str]:

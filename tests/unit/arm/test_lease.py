@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from unittest.mock import ANY
 
 import pytest
 
 from shared.foxglove import Log
-from shared.geometry import tilt_of
-from shared.messages import REPLACED, ArmLease, Heartbeat, PlatformState
+from shared.messages import REPLACED, ArmLease, Heartbeat
 from station.rig.arm_settings import ArmSettings
-from tests.unit.arm.conftest import FakeRig
+from tests.unit.arm.conftest import FakeRig, tilt_deg
 
 BELONGS = "The arm belongs to another session (mine): wait until that has ended, or take over"
 
@@ -28,12 +26,6 @@ def owned() -> FakeRig:
 def beat(rig: FakeRig, owner: str, *, armed: bool = True, late_s: float = 0.0) -> None:
     stamp_ns = rig.clock.now_ns() - round(late_s * 1e9)
     rig.bus.publish("session/heartbeat", Heartbeat(stamp_ns, armed, owner))
-
-
-def tilt_deg(rig: FakeRig) -> float:
-    state = rig.of(PlatformState)[-1]
-    assert isinstance(state, PlatformState)
-    return math.degrees(tilt_of(state.qw, state.qx, state.qy, state.qz))
 
 
 def owners(rig: FakeRig) -> list[str]:
