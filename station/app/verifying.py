@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
+from itertools import chain
 from pathlib import Path
 from typing import Any, Literal
 
@@ -143,21 +144,18 @@ def _content(reader: RecordingReader) -> Part:
     for channels, batch in reader.batches(names):
         numbered.take(channels, batch)
         count += len(batch.log_ns)
-    attached, changed = len(reader.attachments), reader.changed_metadata
-    gaps, others = list(numbered.sentences()), _otherwise(reader)
-    lost = [*reader.parts_missing, *reader.miscounted, *gaps]
+    changed, others = reader.changed_metadata, _otherwise(reader)
+    lost = {"part": reader.parts_missing, COUNTS: reader.miscounted, "sequence": list(numbered.sentences())}
+    said = list(chain.from_iterable(lost.values()))
     if changed:
-        lost.append(f"metadata {', '.join(repr(name) for name in changed)} is not as it was written")
-    if others:
-        first = others[0]
-        where = Mismatch("metadata", reader.start_ns, first.line, first.said, first.attached)
-        return Part("content", "different", count, _with_left_out("; ".join([*lost, *map(str, others)]), reader), where)
-    if lost:
-        name = (
-            changed[0] if changed else "part" if reader.parts_missing else COUNTS if reader.miscounted else "sequence"
-        )
-        where = Mismatch("metadata", reader.start_ns, name, "", "")
-        return Part("content", "different", count, _with_left_out("; ".join(lost), reader), where)
+        said.append(f"metadata {', '.join(map(repr, changed))} is not as it was written")
+    said += map(str, others)
+    if said:
+        name = next(iter([*changed, *(one for one, faults in lost.items() if faults)]), "")
+        line = (others[0].line, others[0].said, others[0].attached) if others else (name, "", "")
+        where = Mismatch("metadata", reader.start_ns, *line)
+        return Part("content", "different", count, _with_left_out("; ".join(said), reader), where)
+    attached = len(reader.attachments)
     words = f"{count} messages and {attached} attached files match their checksums{_untold(reader, numbered)}"
     return Part("content", "identical", count, _with_left_out(words, reader))
 
