@@ -27,7 +27,8 @@ from shared.visible import LONGEST, sentence, visible
 from station.__main__ import main
 from station.app.authority import new_authority
 from station.app.signing import sign, signature_of
-from station.arm.agent import ArmAgent
+from station.arm.attitude import Attitude
+from station.arm.drivers import JointReading
 from station.friction.onset import estimate_onset
 from station.physics.catalogue import catalogue
 from station.physics.model import model_of_table
@@ -249,11 +250,11 @@ def test_what_the_arm_agent_is_told_is_not_what_it_sends(tmp_path: Path) -> None
 
 
 def test_an_arm_agent_that_sends_what_nobody_can_take_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def tick(agent: ArmAgent, now_ns: int) -> None:
-        del now_ns
-        agent._bus.publish("arm/platform", PlatformState(qw=0.0))  # pyright: ignore[reportPrivateUsage]
+    def of_no_attitude(attitude: Attitude, reading: JointReading) -> PlatformState:
+        del attitude, reading
+        return PlatformState(qw=0.0)
 
-    monkeypatch.setattr(ArmAgent, "tick", tick)
+    monkeypatch.setattr(Attitude, "state", of_no_attitude)
     path = tmp_path / "script.json"
     path.write_text("[]", encoding="utf-8")
     with pytest.raises(Unclear, match="sends what nobody can take: PlatformState"):

@@ -129,8 +129,7 @@ def test_whoever_is_missing_is_named_with_what_to_start(tmp_path: Path, missing:
         wait_for(rig, set(others) - {missing})
         done = station("run", "--rig", str(rig), "--samples", "1", "--out", str(tmp_path / "x.mcap"))
     finally:
-        for process in processes:
-            end(process)
+        print(*(end(process) for process in processes))
     assert done.returncode == 2
     assert re.search(rf"no {missing} on the bus of rig .*: start (pi-agent|station)", done.stderr), done.stderr
     assert "Traceback" not in done.stderr
