@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 
 from shared.bus_keys import VARIABLE
@@ -23,6 +24,23 @@ class Signature:
     signed_ns: int
     authority: bool = False
     fault: str = ""
+
+
+def signature_line(signature: Signature | None) -> str:
+    """Returns the signer of a recording, in one line."""
+    if signature is None:
+        return "nobody signed it"
+    who = f"{signature.signer} ({signature.fingerprint[:16]}…), {_date(signature.signed_ns)}"
+    if signature.fault:
+        return f"does not hold: {signature.fault} ({who})"
+    return f"signed by {who}" if signature.authority else f"holds, by {who}; whose that is only the rig's --keys tell"
+
+
+def _date(stamp_ns: int) -> str:
+    try:
+        return f"{datetime.fromtimestamp(stamp_ns / 1e9, UTC):%Y-%m-%d %H:%M:%S} UTC"
+    except (OverflowError, ValueError, OSError):
+        return f"{stamp_ns} ns"
 
 
 def signature_path(recording: Path) -> Path:

@@ -13,8 +13,8 @@ import json
 from pathlib import Path
 
 from shared.visible import visible
-from station.app.signature import Signature, keys_folder
-from station.app.verifying import Verification, signature_line, verify
+from station.app.signature import Signature, keys_folder, signature_line
+from station.app.verifying import Verification, verify
 
 NAME = "verify"
 HELP = "derive a recording's corners, attitudes, decisions and samples again: identical, or where not? who signed it?"

@@ -9,7 +9,8 @@ import pytest
 from mcap.records import Attachment
 
 from station.__main__ import main
-from station.app.verifying import Part, verify
+from station.app.verified.part import Part
+from station.app.verifying import verify
 from station.recording.chunks import RawMessage
 from station.recording.counts import METADATA
 from station.recording.mcap_file import McapFile

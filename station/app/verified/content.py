@@ -1,0 +1,68 @@
+"""Compares the files with what they say of themselves: their parts, their counts, and the metadata.
+
+These have checksums, and say of the session what the attached rig file and plan do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import chain
+
+from shared.errors import UserError
+from station.app.described_otherwise import Otherwise, described_otherwise
+from station.app.verified.part import Mismatch, Part
+from station.recording.counts import METADATA as COUNTS
+from station.recording.malformed import left_out
+from station.recording.numbered import Numbered
+from station.recording.parted import is_first
+from station.recording.reader import RecordingReader
+
+
+def parts(reader: RecordingReader) -> Sequence[Part]:
+    """Returns the part `content`, for which everything is read.
+
+    Raises:
+        UserError: if a chunk or an attachment does not match its checksum.
+    """
+    return [_content(reader)]
+
+
+def _content(reader: RecordingReader) -> Part:
+    names = [name for name, info in reader.topics.items() if info.message and not name.startswith("truth/")]
+    numbered, count = Numbered(from_the_first=is_first(reader)), 0
+    for channels, batch in reader.batches(names):
+        numbered.take(channels, batch)
+        count += len(batch.log_ns)
+    changed, others = reader.changed_metadata, _otherwise(reader)
+    lost = {"part": reader.parts_missing, COUNTS: reader.miscounted, "sequence": list(numbered.sentences())}
+    said = list(chain.from_iterable(lost.values()))
+    if changed:
+        said.append(f"metadata {', '.join(map(repr, changed))} is not as it was written")
+    said += map(str, others)
+    if said:
+        name = next(iter([*changed, *(one for one, faults in lost.items() if faults)]), "")
+        line = (others[0].line, others[0].said, others[0].attached) if others else (name, "", "")
+        where = Mismatch("metadata", reader.start_ns, *line)
+        return Part("content", "different", count, _with_left_out("; ".join(said), reader), where)
+    attached = len(reader.attachments)
+    words = f"{count} messages and {attached} attached files match their checksums{_untold(reader, numbered)}"
+    return Part("content", "identical", count, _with_left_out(words, reader))
+
+
+def _untold(reader: RecordingReader, numbered: Numbered) -> str:
+    """Returns what nothing in the file would tell of missing messages."""
+    if COUNTS in reader.metadata:
+        return ""
+    where = "in it" if numbered.nothing_numbered else "at a topic's end"
+    return f"; it has no record of counts, so that what may be missing {where} is not told"
+
+
+def _otherwise(reader: RecordingReader) -> list[Otherwise]:
+    try:
+        return list(described_otherwise(reader))
+    except UserError:  # the attached file is no TOML, which the parts that need it say
+        return []
+
+
+def _with_left_out(words: str, reader: RecordingReader) -> str:
+    return f"{words}. {left_out(reader.malformed)}".removesuffix(". ")
