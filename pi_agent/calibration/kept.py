@@ -35,7 +35,10 @@ def lens_of(folder: Path | None, board: BoardSpec) -> Lens | None:
     Raises:
         UserError: if the pictures do not tell it.
     """
-    return None if folder is None else calibrate_lens(open_pictures(folder, setting="--lens")[0], board)
+    if folder is None:
+        return None
+    pictures, _ = open_pictures(folder, setting="--lens")
+    return calibrate_lens((picture() for picture in pictures), board)
 
 
 def calibrate_and_keep(

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import cv2
@@ -20,6 +21,16 @@ from pi_agent.tracking.tone import TONE_CURVES
 from shared.config import parse
 from shared.errors import UserError
 from shared.pictures import too_large, unpacked_of_any_kind
+
+Packed = Callable[[], Image]
+"""A picture that is unpacked when it is called: those that a late reader misses are not.
+
+They took a busy machine longer than they last, so that a reader missed more the longer it read: five pictures came in
+200 s."""
+
+BEHIND_S = 1.0
+"""The lateness (s) beyond which a reader that does not catch up is told. A video's pictures follow from those before;
+where they take longer than they play, each comes later than the one before, for ever. A pause is caught up."""
 
 PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm")
 
@@ -46,8 +57,8 @@ class VideoFileCamera:
         self._options = parse(VideoOptions, context.rig.camera.options)
         self._config, self._clock = context.rig.camera, context.clock
         self._path = context.folder / self._options.path
-        self._pictures: Iterator[Image] = iter(())
-        self._next: Image | None = None
+        self._pictures: Iterator[Packed] = iter(())
+        self._next: Packed | None = None
         self._period_ns, self._start_ns = 1.0, 0
         self._seq, self._dropped = 0, 0
         self._ended = False
@@ -57,10 +68,11 @@ class VideoFileCamera:
         if self._ended:
             raise UserError(f"{self._path} has been played to its end: start the agent anew, or set loop = true")
         pictures, own_hz = open_pictures(self._path)
-        first = next(pictures, None)
-        if first is None:
+        packed = next(pictures, None)
+        if packed is None:
             raise UserError(f"Expected a video or a folder of pictures at {self._path}, got one without any frame")
-        self._next, self._pictures = first, pictures
+        first = packed()
+        self._next, self._pictures = lambda: first, pictures
         rate_hz = self._options.rate_hz or own_hz or self._config.rate_hz
         self._period_ns, self._start_ns = 1e9 / rate_hz, self._clock.now_ns()
         self._seq, self._dropped = 0, 0
@@ -88,7 +100,7 @@ class VideoFileCamera:
             return None
         time.sleep(max(wait_s, 0.0))
         self._skip_passed()
-        image, seq = self._take(), self._seq
+        image, seq = self._take()(), self._seq
         self._seq += 1
         return Frame(image, self._start_ns + round(seq * self._period_ns), seq, self._dropped)
 
@@ -97,31 +109,46 @@ class VideoFileCamera:
         self._pictures, self._next = iter(()), None
 
     def _skip_passed(self) -> None:
-        behind = int((self._clock.now_ns() - self._start_ns) / self._period_ns) - self._seq
+        """Leaves out the pictures whose time is over.
+
+        Raises:
+            UserError: if that takes longer than they last.
+        """
+        behind = self._behind()
         for _ in range(behind):
             self._take()
             self._seq += 1
             self._dropped += 1
+        if self._behind() >= behind > BEHIND_S * 1e9 / self._period_ns:
+            hz = 1e9 / self._period_ns
+            said = f"Expected pictures that this machine unpacks at {hz:.3g} Hz at {self._path}: lower rate_hz"
+            raise UserError(said)
 
-    def _take(self) -> Image:
+    def _behind(self) -> int:
+        """Returns the number of pictures whose time is over."""
+        return int((self._clock.now_ns() - self._start_ns) / self._period_ns) - self._seq
+
+    def _take(self) -> Packed:
         """Returns the next picture; at the end the first one again, or the end.
 
         Raises:
             UserError: at the end.
         """
-        image = self._next if self._next is not None else next(self._pictures, None)
+        picture = self._next if self._next is not None else next(self._pictures, None)
         self._next = None
-        if image is None and self._options.loop:
+        if picture is None and self._options.loop:
             self._pictures, _ = open_pictures(self._path)
-            image = next(self._pictures, None)
-        if image is None:
+            picture = next(self._pictures, None)
+        if picture is None:
             self._ended = True
             raise UserError(f"{self._path} has been played to its end: start the agent anew, or set loop = true")
-        return image
+        return picture
 
 
-def open_pictures(path: Path, *, setting: str = "path in [camera.options]") -> tuple[Iterator[Image], float]:
+def open_pictures(path: Path, *, setting: str = "path in [camera.options]") -> tuple[Iterator[Packed], float]:
     """Returns the grey pictures (height, width) uint8 of a video or a folder, and the video's own rate (0: none).
+
+    One of a video is unpacked before the next is asked for, or not at all.
 
     `setting`: where the user has named it.
 
@@ -132,7 +159,7 @@ def open_pictures(path: Path, *, setting: str = "path in [camera.options]") -> t
         files = sorted(file for file in path.iterdir() if file.suffix.lower() in PICTURES)
         if not files:
             raise UserError(f"Expected pictures ({', '.join(PICTURES)}) in the folder {path}, got none")
-        return (_picture(file) for file in files), 0.0
+        return (partial(_picture, file) for file in files), 0.0
     if not path.is_file():
         raise UserError(f"Expected a video or a folder of pictures at {path}, got nothing: set {setting}")
     quieten_decoders()
@@ -163,13 +190,17 @@ def _picture(file: Path) -> Image:
     return np.asarray(image, dtype=np.uint8)
 
 
-def _frames(video: cv2.VideoCapture) -> Iterator[Image]:
-    while True:
-        ok, image = video.read()
-        if not ok:
-            video.release()
-            return
-        yield np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image, dtype=np.uint8)
+def _frames(video: cv2.VideoCapture) -> Iterator[Packed]:
+    while video.grab():
+        yield partial(_unpacked, video)
+    video.release()
+
+
+def _unpacked(video: cv2.VideoCapture) -> Image:
+    ok, image = video.retrieve()
+    if not ok:
+        raise UserError("Expected a video whose pictures OpenCV can unpack, got one that it cannot")
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image, dtype=np.uint8)
 
 
 def build(context: CameraContext) -> VideoFileCamera:

@@ -89,15 +89,15 @@ class Bench:
 
 
 def draw(folder: Path) -> None:
-    """Pictures of a dark square that the tracker finds, each with a noise of its own.
+    """Pictures of a dark square at rest, each with a noise of its own: the same one again would be a frozen camera's.
 
-    A busy machine drops frames, and where that led from a picture to the same one the camera would count as frozen.
+    A busy machine drops frames, and what moves would have another speed from one that came to the next.
     """
     folder.mkdir()
     rng = np.random.default_rng(1)
     for number in range(30):
         image = np.full((600, 600), 200.0)
-        image[270 + number % 3 : 332 + number % 3, 265:327] = 30.0
+        image[270:332, 265:327] = 30.0
         noisy = cv2.GaussianBlur(image, (0, 0), 0.8) + rng.normal(size=image.shape)
         cv2.imwrite(str(folder / f"{number:02}.png"), noisy.round().astype(np.uint8))
 

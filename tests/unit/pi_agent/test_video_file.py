@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 import pytest
 
-from pi_agent.cameras import Camera, CameraContext, Frame, load_camera, video_file
+from pi_agent.cameras import Camera, CameraContext, Frame, Image, load_camera, video_file
 from pi_agent.observer import Observer
 from pi_agent.synthetic_view import SyntheticView
 from shared.clock import SystemClock
@@ -87,6 +87,52 @@ def test_who_comes_late_gets_the_newest_and_is_told_how_many_were_lost(
     late = read(source)
     assert (late.seq, late.dropped, late.image[0, 0]) == (4, 3, 40)
     assert clock.now_ns() - late.capture_ns < 50_000_000
+
+
+def test_pictures_that_were_missed_cost_nothing(
+    camera: Opener, clock: HandClock, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """Each takes a machine three periods to unpack: it gets every third or fourth, and not ever fewer of them."""
+    pictures(tmp_path, 20)
+    unpacked = video_file.unpacked_of_any_kind
+
+    def slowly(data: bytes) -> Image | None:
+        clock.sleep(0.15)
+        return unpacked(data)
+
+    monkeypatch.setattr(video_file, "unpacked_of_any_kind", slowly)
+    source = camera(tmp_path, path=".", rate_hz=20.0, loop=True)
+    source.open()
+    frames = [read(source) for _ in range(30)]
+    assert set(np.diff([frame.seq for frame in frames[1:]])) <= {3, 4}
+    assert all(frame.image[0, 0] == 10 * (frame.seq % 20) for frame in frames)
+
+
+def test_a_video_that_takes_longer_than_it_plays_is_told(
+    camera: Opener, clock: HandClock, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    def slow(video: cv2.VideoCapture) -> Iterator[Callable[[], Image]]:
+        del video
+        while True:
+            clock.sleep(0.06)
+            yield lambda: np.zeros((8, 8), dtype=np.uint8)
+
+    monkeypatch.setattr(video_file, "_frames", slow)
+    writer = cv2.VideoWriter(str(tmp_path / "v.avi"), cv2.VideoWriter.fourcc(*"MJPG"), 20.0, (64, 64))
+    writer.write(np.zeros((64, 64, 3), dtype=np.uint8))
+    writer.release()
+    source = camera(tmp_path, path="v.avi")
+    source.open()
+    with pytest.raises(UserError, match=r"unpacks at 20 Hz at .*v\.avi: lower rate_hz"):
+        [read(source) for _ in range(1000)]
+
+
+def test_a_pause_of_the_machine_is_caught_up(camera: Opener, clock: HandClock, tmp_path: Path):
+    pictures(tmp_path, 3)
+    source = camera(tmp_path, path=".", rate_hz=20.0, loop=True)
+    source.open()
+    clock.sleep(40.0)
+    assert read(source).seq == 800
 
 
 def test_the_end_is_said_and_stays_said(camera: Opener, tmp_path: Path):

@@ -133,7 +133,7 @@ def test_pictures_of_ones_own_are_refused_in_a_sentence(
     assert pi_agent(["track", str(path)]) != 0
     assert "expected a picture" in capsys.readouterr().err
     with pytest.raises(UserError, match="Expected a picture"):
-        next(open_pictures(tmp_path)[0])
+        next(open_pictures(tmp_path)[0])()
 
 
 def test_a_picture_that_cannot_be_read_is_refused_in_a_sentence(
@@ -148,6 +148,6 @@ def test_a_picture_that_cannot_be_read_is_refused_in_a_sentence(
     path.write_bytes(png(10))
     monkeypatch.setattr(Path, "read_bytes", refused)
     with pytest.raises(UserError, match="but it cannot be read: Permission denied"):
-        next(open_pictures(tmp_path)[0])
+        next(open_pictures(tmp_path)[0])()
     assert pi_agent(["track", str(path)]) == 2
     assert "expected a picture, but it cannot be read" in capsys.readouterr().err
