@@ -12,16 +12,14 @@ from tests.recovery.rig_as_it_comes import rig_with, said_of
 
 pytestmark = pytest.mark.timeout(900)
 
-SEEDS = (40109, 40110, 40111)
-"""The seeds of sessions that nothing was tuned on."""
+SEED = 40109
+"""The session of the first page. `tests/benchmarks/test_rig_as_it_comes.py` has as many others as one asks for."""
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_the_sag_is_found_alone(seed: int, tmp_path: Path) -> None:
-    said = said_of(rig_with(), seed=seed, folder=tmp_path)
+def test_the_sag_is_found_alone(tmp_path: Path) -> None:
+    said = said_of(rig_with(), seed=SEED, folder=tmp_path)
     assert list(said.claimed) == ["camera_sag"], said
-    if seed == SEEDS[0]:
-        assert_as_on_the_first_page(said.printed)
+    assert_as_on_the_first_page(said.printed)
 
 
 def assert_as_on_the_first_page(printed: str) -> None:

@@ -22,7 +22,7 @@ LEAST_TILT_RAD, MOST_TILT_RAD = 0.02, 1.4
 MOST_RUN_EFFECT = math.log(math.tan(MOST_TILT_RAD) / math.tan(LEAST_TILT_RAD))
 """The bound of a run's log friction over the model's: no two tilts lie farther apart. It keeps a model that is far off
 from overflowing. A bound that a run can reach puts a kink into the likelihood: at 1 one run in a hundred sat on it,
-and no fit converged (`pytest tests/recovery/test_rig_as_it_comes.py -k 40109`)."""
+and no fit converged (`pytest tests/recovery/test_rig_as_it_comes.py`)."""
 
 
 class Onsets(Channel):
