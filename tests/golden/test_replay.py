@@ -8,7 +8,7 @@ import pytest
 
 from shared.messages import Message, RunEvent, Sample, TiltCommand
 from station.__main__ import main
-from station.app.commands.check import machine_of
+from station.app.recorded_machine import machine_of
 from station.recording.reader import open_recording
 from station.sampling.machine import INPUTS
 from station.sampling.replay import DECISIONS, Verdict, first_of, replay

@@ -8,27 +8,23 @@ recording does not hold what the station saw.
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
 from pathlib import Path
 
-from shared.config import parse
-from shared.errors import UserError
-from shared.rig import RigConfig, load_rig
+from shared.rig import load_rig
 from shared.visible import visible
-from station.app import assembly
-from station.app.attached import attached_rig, attached_table
 from station.app.described_otherwise import described_otherwise
+from station.app.recorded_machine import machine_of
 from station.app.recordings import other_rule
 from station.recording.malformed import left_out
-from station.recording.reader import RecordingReader, open_recording
-from station.sampling.machine import INPUTS, SamplingMachine
-from station.sampling.plan import Plan
+from station.recording.numbered import numbered
+from station.recording.reader import open_recording
+from station.sampling.machine import INPUTS
 from station.sampling.replay import DECISIONS, first_of, replay
 
 NAME = "check"
 HELP = "replay a recording's messages: does the logic take the same decisions?"
 EXAMPLE = "station check sim.mcap"
-ONE = "the sampling logic takes other decisions than were recorded, or a part of the recording is missing or forged"
+ONE = "the sampling logic takes other decisions than were recorded, or some of the recording is missing or forged"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -40,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Returns 0 when every decision is the same.
 
-    It is 1 when one differs, a part that may hold others is missing, or the metadata contradict the rig file or plan.
+    It is 1 when one differs, a part or message is missing, or the metadata contradict the rig file or plan.
     """
     reader = open_recording(options.file)
     stream = ((item.topic, item.message, item.log_ns) for item in reader.messages({*INPUTS, *DECISIONS}))
@@ -57,24 +53,8 @@ def run(options: argparse.Namespace) -> int:
     if others := [str(other) for other in described_otherwise(reader)]:
         print(f"{count} decisions are the same, but the recording contradicts itself: {'; '.join(others)}.")
         return 1
-    if reader.parts_missing:
-        print(visible(f"{count} decisions are the same, but not all are there: {'; '.join(reader.parts_missing)}."))
+    if gone := [*reader.parts_missing, *numbered(reader).sentences()]:
+        print(visible(f"{count} decisions are the same, but not all is there: {'; '.join(gone)}."))
         return 1
     print(f"All {count} decisions are the same.")
     return 0
-
-
-def machine_of(reader: RecordingReader, *, seed: int | None = None, rig: RigConfig | None = None) -> SamplingMachine:
-    """Gives a fresh machine with the plan (under another `seed`, if given) and the `rig` given, or inside a recording.
-
-    Raises:
-        UserError: if the recording is not of a session.
-    """
-    plan, rig = attached_table(reader, "plan.toml"), rig or attached_rig(reader)
-    if plan is None or rig is None:
-        missing = "rig.toml" if rig is None else "plan.toml"
-        raise UserError(
-            f"Expected {missing} inside {reader.path}, but it has none; only sessions can be replayed like this"
-        )
-    chosen = parse(Plan, plan)
-    return assembly.sampling_machine(rig, chosen if seed is None else replace(chosen, seed=seed))

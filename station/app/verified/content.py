@@ -13,8 +13,7 @@ from station.app.described_otherwise import Otherwise, described_otherwise
 from station.app.verified.part import Mismatch, Part
 from station.recording.counts import METADATA as COUNTS
 from station.recording.malformed import left_out
-from station.recording.numbered import Numbered
-from station.recording.parted import is_first
+from station.recording.numbered import Numbered, numbered
 from station.recording.reader import RecordingReader
 
 
@@ -28,13 +27,9 @@ def parts(reader: RecordingReader) -> Sequence[Part]:
 
 
 def _content(reader: RecordingReader) -> Part:
-    names = [name for name, info in reader.topics.items() if info.message and not name.startswith("truth/")]
-    numbered, count = Numbered(from_the_first=is_first(reader)), 0
-    for channels, batch in reader.batches(names):
-        numbered.take(channels, batch)
-        count += len(batch.log_ns)
-    changed, others = reader.changed_metadata, _otherwise(reader)
-    lost = {"part": reader.parts_missing, COUNTS: reader.miscounted, "sequence": list(numbered.sentences())}
+    by_number = numbered(reader)
+    count, changed, others = by_number.count, reader.changed_metadata, _otherwise(reader)
+    lost = {"part": reader.parts_missing, COUNTS: reader.miscounted, "sequence": list(by_number.sentences())}
     said = list(chain.from_iterable(lost.values()))
     if changed:
         said.append(f"metadata {', '.join(map(repr, changed))} is not as it was written")
@@ -45,15 +40,15 @@ def _content(reader: RecordingReader) -> Part:
         where = Mismatch("metadata", reader.start_ns, *line)
         return Part("content", "different", count, _with_left_out("; ".join(said), reader), where)
     attached = len(reader.attachments)
-    words = f"{count} messages and {attached} attached files match their checksums{_untold(reader, numbered)}"
+    words = f"{count} messages and {attached} attached files match their checksums{_untold(reader, by_number)}"
     return Part("content", "identical", count, _with_left_out(words, reader))
 
 
-def _untold(reader: RecordingReader, numbered: Numbered) -> str:
+def _untold(reader: RecordingReader, by_number: Numbered) -> str:
     """Returns what nothing in the file would tell of missing messages."""
     if COUNTS in reader.metadata:
         return ""
-    where = "in it" if numbered.nothing_numbered else "at a topic's end"
+    where = "in it" if by_number.nothing_numbered else "at a topic's end"
     return f"; it has no record of counts, so that what may be missing {where} is not told"
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from shared.errors import UserError
-from station.app.commands.check import machine_of
+from station.app.recorded_machine import machine_of
 from station.app.recordings import other_rule
 from station.app.verified.part import Mismatch, Part
 from station.recording.reader import RecordingReader

@@ -13,6 +13,7 @@ from station.recording.checkup.arm import ArmHealth, ArmWatch
 from station.recording.checkup.session import SessionHealth, SessionWatch
 from station.recording.checkup.streams import StreamHealth, StreamWatch
 from station.recording.for_viewers import TOPICS as FOR_VIEWERS
+from station.recording.numbered import numbered
 from station.recording.provenance import whole_number
 from station.recording.reader import RecordingReader
 from station.rig.agreement import disagreement
@@ -30,7 +31,8 @@ class Report:
     `compression` and `attachments` name what occurs; `unknown` the topics whose schema this version does not know.
     `malformed` are payloads by topic that are no message of it, `changed_metadata` records that were not written so.
     `parts_missing` says which parts of a recording in several files are not there, or hold something else,
-    `miscounted` of which topics there are more or fewer messages than the writer counted,
+    `miscounted` of which topics there are more or fewer messages than the writer counted, `misnumbered` of which some
+    are missing by the writer's numbers,
     `other_rig` what the camera agent has otherwise than the rig file in the recording.
     """
 
@@ -50,6 +52,7 @@ class Report:
     changed_metadata: tuple[str, ...] = ()
     parts_missing: tuple[str, ...] = ()
     miscounted: tuple[str, ...] = ()
+    misnumbered: tuple[str, ...] = ()
     other_rig: str = ""
 
     def stream(self, topic: str) -> StreamHealth | None:
@@ -58,7 +61,7 @@ class Report:
 
 
 def examine(reader: RecordingReader) -> Report:
-    """Reads the whole recording once. The simulation's truth is not looked at.
+    """Reads the whole recording. The simulation's truth is not looked at.
 
     Raises:
         UserError: if the file is damaged.
@@ -98,6 +101,7 @@ def examine(reader: RecordingReader) -> Report:
         changed_metadata=reader.changed_metadata,
         parts_missing=reader.parts_missing,
         miscounted=reader.miscounted,
+        misnumbered=tuple(numbered(reader).sentences()),
         other_rig=other_rig,
         unknown=tuple(name for name, info in reader.topics.items() if info.message is None and name not in FOR_VIEWERS),
         malformed=dict(reader.malformed),

@@ -199,6 +199,8 @@ def _parts(report: Report) -> Iterator[Finding]:
 def _counts(report: Report) -> Iterator[Finding]:
     for sentence in report.miscounted:
         yield Finding("count", f"{sentence}: they were counted when it was written")
+    for sentence in report.misnumbered:
+        yield Finding("number", f"expected every message that was written, {sentence}")
 
 
 def _format(report: Report) -> Iterator[Finding]:

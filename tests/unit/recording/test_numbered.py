@@ -84,6 +84,20 @@ def test_a_third_of_a_topic_that_was_taken_out_is_told(tmp_path: Path, capsys: p
     assert "✗ content" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("command", ["doctor", "check"])
+def test_what_was_taken_out_is_told_by_every_check(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """No decision follows from a calibration, so that all of them are the same without it."""
+    less = rewritten(
+        GOLDEN, tmp_path / "a.mcap", lambda topic, number: topic != "/camera/calibration" or number % 3 > 0
+    )
+    main([command, str(GOLDEN)])
+    assert "by their numbers" not in capsys.readouterr().out
+    assert main([command, str(less)]) == 1
+    assert "9 of the messages on /camera/calibration are missing by their numbers" in capsys.readouterr().out
+
+
 def test_what_came_first_is_missed_as_well(tmp_path: Path) -> None:
     less = rewritten(GOLDEN, tmp_path / "a.mcap", lambda topic, number: topic != "/clock" or number > 1)
     assert "2 of the messages on /clock are missing" in content(less).sentence
