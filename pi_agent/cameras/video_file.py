@@ -30,7 +30,8 @@ They took a busy machine longer than they last, so that a reader missed more the
 
 BEHIND_S = 1.0
 """The lateness (s) beyond which a reader that does not catch up is told. A video's pictures follow from those before;
-where they take longer than they play, each comes later than the one before, for ever. A pause is caught up."""
+where they take longer than they play, each comes later than the one before, for ever. A pause is caught
+up (`pytest tests/unit/pi_agent/test_video_file.py -k "longer or pause"`)."""
 
 PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm")
 

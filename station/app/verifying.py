@@ -69,9 +69,9 @@ def verify(path: Path, *, keys: Path | None = None) -> Verification:
     """
     reader = open_recording(path)
     sha256 = file_sha256(path)
-    derived = [*marks.corners(reader), *attitudes.parts(reader), *decisions.parts(reader), *marks.plate(reader)]
+    derived = [marks.corners(reader), attitudes.part(reader), *decisions.parts(reader), marks.plate(reader)]
     # Messages that are none are known once all is read.
-    parts = (*content.parts(reader), *derived)
+    parts = (content.part(reader), *derived)
     return Verification(path, sha256, parts, _signature(path, sha256, keys), dict(reader.malformed))
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from shared.errors import UserError
 from station.app.attached import attached_rig
 from station.app.attitudes_again import attitudes_again
@@ -12,12 +10,8 @@ from station.recording.reader import RecordingReader
 from station.rig.placed_arm import placed_arm
 
 
-def parts(reader: RecordingReader) -> Sequence[Part]:
+def part(reader: RecordingReader) -> Part:
     """Returns the part `attitudes`."""
-    return [_attitudes(reader)]
-
-
-def _attitudes(reader: RecordingReader) -> Part:
     rig = attached_rig(reader)
     if rig is None or not {"arm/joints", "arm/platform"} <= reader.topics.keys():
         return Part("attitudes", "not derived", 0, "the recording holds no joints, or no rig file")

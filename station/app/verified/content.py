@@ -5,7 +5,6 @@ These have checksums, and say of the session what the attached rig file and plan
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import chain
 
 from shared.errors import UserError
@@ -17,16 +16,12 @@ from station.recording.numbered import Numbered, numbered
 from station.recording.reader import RecordingReader
 
 
-def parts(reader: RecordingReader) -> Sequence[Part]:
+def part(reader: RecordingReader) -> Part:
     """Returns the part `content`, for which everything is read.
 
     Raises:
         UserError: if a chunk or an attachment does not match its checksum.
     """
-    return [_content(reader)]
-
-
-def _content(reader: RecordingReader) -> Part:
     by_number = numbered(reader)
     count, changed, others = by_number.count, reader.changed_metadata, _otherwise(reader)
     lost = {"part": reader.parts_missing, COUNTS: reader.miscounted, "sequence": list(by_number.sentences())}

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from shared.errors import UserError
 from station.app.attached import attached_rig
 from station.app.corners_again import CornersAgain, MarkTopic, corners_again, picture_tracker
@@ -11,19 +9,19 @@ from station.app.verified.part import Mismatch, Part
 from station.recording.reader import RecordingReader
 
 
-def corners(reader: RecordingReader) -> Sequence[Part]:
+def corners(reader: RecordingReader) -> Part:
     """Returns the part `corners`: those of the block."""
     found = _read_again(reader, "corners", "camera/corners")
     if isinstance(found, CornersAgain) and found.stampless > found.pictures:
         said = f"{found.stampless} of {found.stampless + found.pictures} pictures are of moments without corners"
-        return [Part("corners", "different", found.compared, said)]
-    return [_part_of("corners", "camera/corners", found) if isinstance(found, CornersAgain) else found]
+        return Part("corners", "different", found.compared, said)
+    return _part_of("corners", "camera/corners", found) if isinstance(found, CornersAgain) else found
 
 
-def plate(reader: RecordingReader) -> Sequence[Part]:
+def plate(reader: RecordingReader) -> Part:
     """Returns the part `plate`: its fiducials, which come in turn, so that most pictures show one or two of them."""
     found = _read_again(reader, "plate", "camera/plate")
-    return [_part_of("plate", "camera/plate", found) if isinstance(found, CornersAgain) else found]
+    return _part_of("plate", "camera/plate", found) if isinstance(found, CornersAgain) else found
 
 
 def _read_again(reader: RecordingReader, name: str, topic: MarkTopic) -> CornersAgain | Part:
