@@ -15,6 +15,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from shared.foxglove import CameraCalibration
 from shared.messages import CameraGeometry
 
 Array = NDArray[np.float64]
@@ -108,6 +109,15 @@ def undistort(points_px: ArrayLike, *, intrinsics: ArrayLike, distortion: Sequen
         tangential = np.column_stack([2 * p1 * x * y + p2 * (r2 + 2 * x * x), p1 * (r2 + 2 * y * y) + 2 * p2 * x * y])
         point = (target - tangential) / radial[:, None]
     return point * focal + centre
+
+
+def straightened(points_px: ArrayLike, lens: CameraCalibration | None) -> Array:
+    """Returns points (n, 2), px, or their numbers in a row, without a lens's distortion, as a homography expects them.
+
+    Without a `lens` they stay as they are.
+    """
+    points = np.reshape(np.asarray(points_px, dtype=np.float64), (-1, 2))
+    return points if lens is None else undistort(points, intrinsics=lens.K, distortion=lens.D)
 
 
 def apply_homography(homography: Array, points: ArrayLike) -> Array:

@@ -28,9 +28,10 @@ from station.friction.onset_errors import Residuals
 from station.friction.onset_loads import GRAVITY_M_S2, Array, Loads, tilt_sigma_rad
 from station.friction.onset_repeats import Stretches, without_repeats
 
-RULE = 2
+RULE = 3
 """Raised with every change of the onsets or errors that the same messages give: recordings say by which theirs were
-estimated, so that one of before is not taken for a forged one. 1: until residuals of the slide made its error."""
+estimated, so that one of before is not taken for a forged one. 1: until residuals of the slide made its error; 2:
+until the mark's own side did, where it contradicts the plate's scale."""
 _COARSE = 60
 _NEAR, _FINE = 3, 8
 """The fine grid: this many coarse cells to either side of the best point, each divided by that."""
@@ -65,8 +66,8 @@ class Onset:
 
     The angle is the tilt that a plate at rest would have needed. Its error holds the noise of the corners, the jitter
     of their stamps and what else the residuals show of the model (`onset_errors`), and the errors of the way's scale
-    (`WAY_SHARE`), of the clocks and of the curve through the tilt's readings, but not of these; of readings that only
-    repeat there is no trust (`onset_repeats`).
+    (`WAY_SHARE`, and what the mark's side says otherwise), of the clocks and of the curve through the tilt's readings,
+    but not of these; of readings that only repeat there is no trust (`onset_repeats`).
     """
 
     slip_ns: int
@@ -108,6 +109,7 @@ def estimate_onset(
     along: float = 1.0,
     ahead_m: float = 0.0,
     clock_sigma_s: float = 0.0,
+    scale_sigma: float = 0.0,
 ) -> Onset | None:
     """Fits the onset of one slide.
 
@@ -120,6 +122,7 @@ def estimate_onset(
         along: cosine of the angle between the slide and the steepest line.
         ahead_m: how far the block lies down the steepest line from the axis about which the plate turns.
         clock_sigma_s: standard deviation of the times of the frames against those of the readings.
+        scale_sigma: standard deviation of the path's scale, as a share of it, beside `WAY_SHARE`.
 
     Returns:
         The onset, or None when there are too few frames or no slide in them, the readings span over `LONGEST_S`, or a
@@ -150,7 +153,10 @@ def estimate_onset(
         slip_ns=origin + round(best.t0 * 1e9),
         angle_rad=best.angle_rad,
         angle_sigma_rad=float(
-            np.hypot(fit.sigma_rad(best, clock_sigma_s=clock_sigma_s), tilt_sigma_rad(readings_s, tilt, best.t0))
+            np.hypot(
+                fit.sigma_rad(best, clock_sigma_s=clock_sigma_s, scale_sigma=scale_sigma),
+                tilt_sigma_rad(readings_s, tilt, best.t0),
+            )
         ),
         kinetic_mu=best.mu_k,
         residual_m=float(np.sqrt(best.chi2 / len(t)) * fit.sigma_m),
@@ -287,13 +293,14 @@ class _Fit:
 
     # --- its error ---------------------------------------------------------------------------------------------------
 
-    def sigma_rad(self, best: _Best, *, clock_sigma_s: float) -> float:
+    def sigma_rad(self, best: _Best, *, clock_sigma_s: float, scale_sigma: float) -> float:
         """Returns the standard error of the angle.
 
         It is that of what each frame has anew, and of what all frames of a slide have alike.
         """
         length, speed = max(float(np.linalg.norm(best.slope)), 1e-9), np.gradient(best.way, self.t)
-        alike = self._clear(np.stack([WAY_SHARE * best.way, clock_sigma_s * speed])) @ best.slope / length
+        way = math.hypot(WAY_SHARE, scale_sigma) * best.way
+        alike = self._clear(np.stack([way, clock_sigma_s * speed])) @ best.slope / length
         residuals = Residuals(
             residual_m=self._clear(self.path - best.way),
             speed_m_s=speed,

@@ -102,6 +102,7 @@ class Phases:
                 state.abort(result)
         elif result is not None:
             state.run.reference = result
+            state.run.measure_scale(self.tracks.off_scale(result.corners_px))
             self._choose_direction(result.centre_px)
 
     def _choose_direction(self, centre_px: tuple[float, float]) -> None:
@@ -225,7 +226,7 @@ class Phases:
         state.event("DONE")
         if run.disturbed:
             state.say("warning", f"run {run.number} was disturbed ({', '.join(run.flags)}) and does not count")
-            state.faults += run.at_foam
+            state.faults += bool(run.lasting)
         else:
             state.samples += 1
             state.faults = 0
@@ -233,11 +234,8 @@ class Phases:
                 self._angles.add(run.direction.sector, run.onset_rad)
         if state.samples >= self._plan.samples:
             state.finish("")
-        elif run.at_foam and state.faults >= self._plan.faults:
-            state.finish(
-                f"{state.faults} runs failed in a row; in the last the foam held the block, and no direction of "
-                "the plan leads it away: lay it on the plate's middle"
-            )
+        elif run.lasting and state.faults >= self._plan.faults:
+            state.finish(f"{state.faults} runs failed in a row; in the last {run.lasting}")
         else:
             self.next_run()
 

@@ -9,9 +9,12 @@ from shared.messages import DISTURBED, Environment, MotionReport, Sample
 from station.rig.opening import Opening
 from station.sampling.direction import Direction
 from station.sampling.reference import Reference
+from station.signals.mark_side import IMPOSSIBLE
 
 FOAM = "foam"
 """The disturbance of a run in which the foam held the block, or stopped it before the slip rule could see it slide."""
+SCALE = "scale"
+"""The disturbance of a run in which the mark's side contradicts the plate's scale by more than printing explains."""
 
 _FITTED_NS = 3_000_000_000
 """The stretch of path before the detection that is fitted: it has a second and more of rest at any tilt rate."""
@@ -41,6 +44,8 @@ class Run:
     reference: Reference | None = None
     way_px: float = math.inf
     """The way, px, that the foam lets the block slide: none where it holds the block."""
+    off_scale: float = 0.0
+    """The share by which the mark's own side contradicts the plate's scale."""
     angles_rad: tuple[float, ...] = ()
     step: int = 0
     rest_ns: int = 0
@@ -71,10 +76,23 @@ class Run:
         """The begin of the stretch before the detection that the onset is fitted to, ns."""
         return max(self.tilt_ns, self.detect_ns - _FITTED_NS)
 
+    def measure_scale(self, off_scale: float) -> None:
+        """Takes the share by which the mark's side contradicts the plate's scale; marks a run in which it cannot."""
+        self.off_scale = off_scale
+        if not off_scale <= IMPOSSIBLE:
+            self.disturb(SCALE)
+
     @property
-    def at_foam(self) -> bool:
-        """True if the foam held the block or stopped it."""
-        return f"{DISTURBED}_{FOAM}" in self.flags
+    def lasting(self) -> str:
+        """Says by what the run was disturbed that disturbs the next one, too, and what to do; empty if by nothing."""
+        if f"{DISTURBED}_{FOAM}" in self.flags:
+            return "the foam held the block, and no direction of the plan leads it away: lay it on the plate's middle"
+        if f"{DISTURBED}_{SCALE}" in self.flags:
+            return (
+                f"the mark's side was {self.off_scale:.0%} off on the plate's map: measure [mark] side_mm, and "
+                "calibrate the camera again"
+            )
+        return ""
 
     @property
     def disturbed(self) -> bool:

@@ -42,7 +42,7 @@ def _onset(run: Run, tracks: Tracks, seen: Seen, *, since_ns: int) -> Onset | No
     """Returns the onset that is fitted to the frames with the noise of the reference, or None."""
     variance = run.reference.variance_px2 if run.reference else ()
     sigma_px = math.sqrt(sum(variance) / len(variance)) if variance else 1.0
-    return tracks.onset(seen, since_ns=since_ns, downhill=_downhill(run), sigma_px=sigma_px)
+    return tracks.onset(seen, since_ns=since_ns, downhill=_downhill(run), sigma_px=sigma_px, scale_sigma=run.off_scale)
 
 
 def _is_unseen(run: Run, tracks: Tracks, *, since_ns: int) -> bool:

@@ -7,10 +7,9 @@ from collections import deque
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from shared.foxglove import CameraCalibration
-from shared.geometry import block_pose_of, corners_on_plate, euler_of, tilt_of, undistort
+from shared.geometry import block_pose_of, corners_on_plate, euler_of, straightened, tilt_of
 from shared.messages import REPEATED, CameraGeometry, MarkerCorners, PlatformState
 from station.friction.onset import Onset, estimate_onset
 from station.rig.opening import Opening, square_corners
@@ -18,6 +17,7 @@ from station.sampling.clocks import Clocks
 from station.sampling.no_slide import Seen
 from station.sampling.slip import displacements_px
 from station.sampling.stuck import Turning
+from station.signals.mark_side import contradiction
 from station.signals.traced import trace
 
 _Frame = tuple[int, tuple[float, ...]]
@@ -105,13 +105,11 @@ class Tracks:
         """Returns the block's x, y (m) and yaw (rad) on the plate; zeros without corners or calibration."""
         if self.geometry is None or not corners_px:
             return 0.0, 0.0, 0.0
-        return block_pose_of(self._straight(corners_px).ravel().tolist(), self.geometry)
+        return block_pose_of(straightened(corners_px, self.lens).ravel().tolist(), self.geometry)
 
-    def _straight(self, corners_px: ArrayLike) -> NDArray[np.float64]:
-        """Returns points (n, 2) without the lens's distortion, as the plate's homography expects them."""
-        points = np.reshape(np.asarray(corners_px, dtype=np.float64), (-1, 2))
-        lens = self.lens
-        return points if lens is None else undistort(points, intrinsics=lens.K, distortion=lens.D)
+    def off_scale(self, corners_px: tuple[float, ...]) -> float:
+        """Returns the share by which the mark's own side contradicts the plate's scale; 0 without calibration."""
+        return 0.0 if self.geometry is None else contradiction(straightened(corners_px, self.lens), self.geometry)
 
     def way_px(self, corners_px: tuple[float, ...], opening: Opening, *, side_m: float, azimuth_rad: float) -> float:
         """Returns how far, px, a square block slides when tilted at β until the foam stops it; inf if not known."""
@@ -152,14 +150,16 @@ class Tracks:
             return None
         stamps, readings = np.array([stamp for stamp, _ in frames]), list(self._attitudes)
         tilt_rad = np.interp(stamps, [stamp for stamp, _ in readings], [tilt for _, tilt in readings])
-        centres = self._straight([corners for _, corners in frames]).reshape(-1, 4, 2).mean(axis=1)
+        centres = straightened([corners for _, corners in frames], self.lens).reshape(-1, 4, 2).mean(axis=1)
         return Seen(stamps, corners_on_plate(centres, self.geometry), tilt_rad)
 
     def attitudes_ns(self, *, since_ns: int) -> list[int]:
         """Returns the times, ns, of the attitudes."""
         return [stamp for stamp, _ in self._attitudes if stamp >= since_ns]
 
-    def onset(self, seen: Seen, *, since_ns: int, downhill: tuple[float, float], sigma_px: float) -> Onset | None:
+    def onset(
+        self, seen: Seen, *, since_ns: int, downhill: tuple[float, float], sigma_px: float, scale_sigma: float
+    ) -> Onset | None:
         """Gives the onset of the slide at the end of a path that was `seen` since then; None where there is none."""
         attitudes = [(stamp, tilt) for stamp, tilt in self._attitudes if stamp >= since_ns - 100_000_000]
         if self.geometry is None or len(seen.time_ns) < 2 or len(attitudes) < 2:
@@ -175,4 +175,5 @@ class Tracks:
             # The centre is the mean of four corners.
             sigma_m=0.5 * sigma_px * self.geometry.mm_per_px * 1e-3,
             clock_sigma_s=self.clocks.sigma_s(now_ns=int(seen.time_ns[-1])),
+            scale_sigma=scale_sigma,
         )

@@ -31,6 +31,7 @@ def trace(
     tilt_rad: ArrayLike,
     sigma_m: float,
     clock_sigma_s: float = 0.0,
+    scale_sigma: float = 0.0,
 ) -> Any:
     """Returns the onset that is read in a slide; None where it cannot be, or the block has not moved.
 
@@ -44,6 +45,7 @@ def trace(
         tilt_rad: (m,) their tilt, rad.
         sigma_m: the standard deviation of one displacement, m.
         clock_sigma_s: that of the frames' times against those of the readings, s.
+        scale_sigma: that of the places' scale, as a share of it.
     """
     slide, downhill = place_m[-1] - start_m, np.asarray(down, dtype=np.float64)
     length = float(np.linalg.norm(slide))
@@ -59,4 +61,5 @@ def trace(
         along=max(LEAST_ALONG, float(way @ downhill)),
         ahead_m=float(start_m @ downhill),
         clock_sigma_s=clock_sigma_s,
+        scale_sigma=scale_sigma,
     )

@@ -137,6 +137,11 @@ def _lines(report: Report) -> list[str]:
             f"{_figure(arm.begin_p99_ms, 1)} ms; to motion of 0.02° p50 {_figure(arm.seen_p50_ms, 1)}, p99 "
             f"{_figure(arm.seen_p99_ms, 1)} ms; {len(arm.faults)} faults"
         )
+    if report.scale.run:
+        lines.append(
+            f"scale   the mark's side is up to {report.scale.off:.2%} off what it is said to be, by the plate's map "
+            f"(run {report.scale.run})"
+        )
     if report.repair:
         lines.append(f"repair  {report.repair.get('lost_bytes', '0')} bytes were lost when the session broke off")
     history = sum(stream.history for stream in report.streams)

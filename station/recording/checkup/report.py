@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from shared.config import table_of
@@ -10,6 +10,8 @@ from shared.errors import UserError
 from shared.messages import CameraGeometry
 from shared.rig import RigConfig, rig_of_table
 from station.recording.checkup.arm import ArmHealth, ArmWatch
+from station.recording.checkup.scale import TOPICS as _SCALE_TOPICS
+from station.recording.checkup.scale import ScaleHealth, ScaleWatch
 from station.recording.checkup.session import SessionHealth, SessionWatch
 from station.recording.checkup.streams import StreamHealth, StreamWatch
 from station.recording.for_viewers import TOPICS as FOR_VIEWERS
@@ -33,7 +35,8 @@ class Report:
     `parts_missing` says which parts of a recording in several files are not there, or hold something else,
     `miscounted` of which topics there are more or fewer messages than the writer counted, `misnumbered` of which some
     are missing by the writer's numbers,
-    `other_rig` what the camera agent has otherwise than the rig file in the recording.
+    `other_rig` what the camera agent has otherwise than the rig file in the recording, `scale` how far the mark's side
+    contradicts the plate's scale.
     """
 
     path: str
@@ -54,6 +57,7 @@ class Report:
     miscounted: tuple[str, ...] = ()
     misnumbered: tuple[str, ...] = ()
     other_rig: str = ""
+    scale: ScaleHealth = field(default_factory=ScaleHealth)
 
     def stream(self, topic: str) -> StreamHealth | None:
         """Returns the line of one topic, or None when it does not occur."""
@@ -69,7 +73,7 @@ def examine(reader: RecordingReader) -> Report:
     started_ns = whole_number(reader.metadata.get("session", {}).get("started_ns", "")) or reader.start_ns
     streams: dict[str, StreamWatch] = {}
     nominal = {"camera/corners": _camera_rate_hz(reader)}
-    session, arm = SessionWatch(), ArmWatch()
+    session, arm, scale = SessionWatch(), ArmWatch(), ScaleWatch()
     rig, other_rig = _rig(reader), ""
     for item in reader.messages():
         watch = streams.get(item.topic)
@@ -77,6 +81,8 @@ def examine(reader: RecordingReader) -> Report:
             watch = StreamWatch(item.topic, start_ns=started_ns, nominal_hz=nominal.get(item.topic))
             streams[item.topic] = watch
         watch.add(item)
+        if item.topic in _SCALE_TOPICS:
+            scale.add(item)
         if item.topic in _ARM_TOPICS:
             arm.add(item)
         elif item.topic in _SESSION_TOPICS:
@@ -103,6 +109,7 @@ def examine(reader: RecordingReader) -> Report:
         miscounted=reader.miscounted,
         misnumbered=tuple(numbered(reader).sentences()),
         other_rig=other_rig,
+        scale=scale.health(),
         unknown=tuple(name for name, info in reader.topics.items() if info.message is None and name not in FOR_VIEWERS),
         malformed=dict(reader.malformed),
     )

@@ -11,6 +11,7 @@ from station.recording.checkup.rate import RATE_SHARE
 from station.recording.checkup.report import Report
 from station.recording.checkup.streams import LATE_NS
 from station.recording.malformed import counted
+from station.signals.mark_side import IMPOSSIBLE
 
 LATENCY_P99_MS = 15.0
 """Capture to record at 90 Hz on two cores."""
@@ -111,6 +112,17 @@ def _calibration(report: Report) -> Iterator[Finding]:
         for topic in ("camera/calibration", "camera/geometry"):
             if report.stream(topic) is None:
                 yield Finding("calibration", f"expected the calibration on /{topic}, found none")
+
+
+def _scale(report: Report) -> Iterator[Finding]:
+    scale = report.scale
+    if scale.impossible:
+        yield Finding(
+            "scale",
+            f"expected the mark's side within {IMPOSSIBLE:.0%} of what it is said to be, it is up to {scale.off:.0%} "
+            f"off on the plate's map, in runs {_list(scale.impossible)}: measure [mark] side_mm, and calibrate the "
+            "camera again",
+        )
 
 
 def _provenance(report: Report) -> Iterator[Finding]:
@@ -221,6 +233,7 @@ RULES: tuple[Rule, ...] = (
     _clocks,
     _losses,
     _calibration,
+    _scale,
     _provenance,
     _runs,
     _fresh,

@@ -125,7 +125,7 @@ def _sample(run: int, at: list[int]) -> Sample:
         slip_ns=at[2] if slips else 0,
         detect_ns=at[2] + 30_000_000 if slips else 0,
         euler_rad=(0.0, 0.2, 0.0),
-        reference_corners_px=tuple(float(value) for value in range(8)),
+        reference_corners_px=tuple(pixels_of_mark(mark_corners(side_m=0.01), GEOMETRY).ravel().tolist()),
         direction=run,
         onset_angle_rad=0.2 if slips else 0.3,
         onset_sigma_rad=0.001,

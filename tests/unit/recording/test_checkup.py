@@ -13,7 +13,17 @@ import numpy as np
 import pytest
 
 from shared import foxglove
-from shared.messages import AgentStatus, ArmLease, ClockOffset, MarkerCorners, Message, MotionReport, RunEvent, Sample
+from shared.messages import (
+    AgentStatus,
+    ArmLease,
+    CameraGeometry,
+    ClockOffset,
+    MarkerCorners,
+    Message,
+    MotionReport,
+    RunEvent,
+    Sample,
+)
 from station.app.commands import doctor
 from station.recording.checkup.quantiles import Quantiles
 from station.recording.checkup.report import examine
@@ -131,6 +141,13 @@ def disturbed(item: Item) -> Iterator[Item]:
     yield item[0], item[1], replace(message, flags=("disturbed_cut",)) if isinstance(message, Sample) else message
 
 
+def of_another_scale(item: Item) -> Iterator[Item]:
+    message = item[2]
+    if isinstance(message, CameraGeometry):
+        message = replace(message, marker_side_m=0.6 * message.marker_side_m)
+    yield item[0], item[1], message
+
+
 def taken_over(item: Item) -> Iterator[Item]:
     yield item
     if isinstance(item[2], Sample):
@@ -169,6 +186,7 @@ def test_a_healthy_recording_breaks_no_rule(tmp_path: Path) -> None:
         (seconds_late, "late"),
         (disturbed, "disturbed"),
         (taken_over, "owner"),
+        (of_another_scale, "scale"),
     ],
 )
 def test_a_planted_fault_is_named(change: Change, rule: str, tmp_path: Path) -> None:

@@ -537,6 +537,33 @@ def test_one_calibration_makes_a_sample(changes: dict[str, float], flags: tuple[
     assert finished(rig).samples[0].flags == flags
 
 
+def misread(scale: float) -> CameraGeometry:
+    """The plate's map with another scale than the camera sees it in."""
+    *rows, g, h, i = GEOMETRY.plate_from_pixel
+    plate_from_pixel = (*(scale * one for one in rows), g, h, i)
+    return dataclasses.replace(GEOMETRY, plate_from_pixel=plate_from_pixel, mm_per_px=scale * GEOMETRY.mm_per_px)
+
+
+def test_an_onset_states_what_the_marks_side_tells_of_the_plates_scale():
+    """It was 15 standard errors off with a scale that is 5 % off."""
+    right, wrong = (finished(ScriptedRig(Plan(samples=1), geometry=misread(one))).samples[0] for one in (1.0, 1.05))
+    assert (right.flags, wrong.flags) == ((), ())
+    off_rad = abs(wrong.onset_angle_rad - right.onset_angle_rad)
+    assert off_rad > 5 * right.onset_sigma_rad
+    assert 0.5 * off_rad < wrong.onset_sigma_rad < 3 * off_rad
+
+
+@pytest.mark.parametrize("friction_rad", [0.3, 0.9])
+@pytest.mark.parametrize("scale", [0.6, 1.2])
+def test_a_mark_of_another_size_than_is_said_gives_no_sample_and_ends_the_session(scale: float, friction_rad: float):
+    """Its runs count nowhere, those in which the block held as little: what is seen may be another mark."""
+    plan = Plan(samples=1, faults=2, tilt=TiltPlan(max_deg=30.0))
+    rig = finished(ScriptedRig(plan, geometry=misread(scale), friction_rad=friction_rad), seconds=600.0)
+    assert ["disturbed_scale" in sample.flags for sample in rig.samples] == [True, True]
+    assert [sample.censored for sample in rig.samples] == [friction_rad > 0.5] * 2
+    assert f"the mark's side was {abs(scale - 1.0):.0%} off on the plate's map" in str(rig.fault)
+
+
 @pytest.mark.parametrize(("by_ns", "flags"), [(300_000, ()), (400_000_000, ("disturbed_clock",))])
 def test_a_clock_that_is_set_within_a_run_flags_it(by_ns: int, flags: tuple[str, ...]):
     """Frames are placed by the clock's old offset until the new one is known: their times and the tilts' fall apart."""
