@@ -15,6 +15,7 @@ from shared.visible import visible
 from station.app.described_otherwise import described_otherwise
 from station.app.recorded_machine import machine_of
 from station.app.recordings import other_rule
+from station.recording.lost import lost
 from station.recording.malformed import left_out
 from station.recording.numbered import numbered
 from station.recording.reader import open_recording
@@ -36,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Returns 0 when every decision is the same.
 
-    It is 1 when one differs, a part or message is missing, or the metadata contradict the rig file or plan.
+    It is 1 when one differs, a part or message is missing or too much, or the metadata contradict the rig file or plan.
     """
     reader = open_recording(options.file)
     stream = ((item.topic, item.message, item.log_ns) for item in reader.messages({*INPUTS, *DECISIONS}))
@@ -53,8 +54,8 @@ def run(options: argparse.Namespace) -> int:
     if others := [str(other) for other in described_otherwise(reader)]:
         print(f"{count} decisions are the same, but the recording contradicts itself: {'; '.join(others)}.")
         return 1
-    if gone := [*reader.parts_missing, *numbered(reader).sentences()]:
-        print(visible(f"{count} decisions are the same, but not all is there: {'; '.join(gone)}."))
+    if gone := [sentence for _, sentence in lost(reader, numbered(reader)).by_rule()]:
+        print(visible(f"{count} decisions are the same, but not all is there as it was written: {'; '.join(gone)}."))
         return 1
     print(f"All {count} decisions are the same.")
     return 0

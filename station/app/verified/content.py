@@ -11,6 +11,7 @@ from shared.errors import UserError
 from station.app.described_otherwise import Otherwise, described_otherwise
 from station.app.verified.part import Mismatch, Part
 from station.recording.counts import METADATA as COUNTS
+from station.recording.lost import lost
 from station.recording.malformed import left_out
 from station.recording.numbered import Numbered, numbered
 from station.recording.reader import RecordingReader
@@ -24,13 +25,14 @@ def part(reader: RecordingReader) -> Part:
     """
     by_number = numbered(reader)
     count, changed, others = by_number.count, reader.changed_metadata, _otherwise(reader)
-    lost = {"part": reader.parts_missing, COUNTS: reader.miscounted, "sequence": list(by_number.sentences())}
-    said = list(chain.from_iterable(lost.values()))
+    gone = lost(reader, by_number)
+    faults = {"part": gone.parts, COUNTS: gone.miscounted, "sequence": gone.misnumbered}
+    said = list(chain.from_iterable(faults.values()))
     if changed:
         said.append(f"metadata {', '.join(map(repr, changed))} is not as it was written")
     said += map(str, others)
     if said:
-        name = next(iter([*changed, *(one for one, faults in lost.items() if faults)]), "")
+        name = next(iter([*changed, *(one for one, found in faults.items() if found)]), "")
         line = (others[0].line, others[0].said, others[0].attached) if others else (name, "", "")
         where = Mismatch("metadata", reader.start_ns, *line)
         return Part("content", "different", count, _with_left_out("; ".join(said), reader), where)

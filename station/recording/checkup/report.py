@@ -15,6 +15,7 @@ from station.recording.checkup.scale import ScaleHealth, ScaleWatch
 from station.recording.checkup.session import SessionHealth, SessionWatch
 from station.recording.checkup.streams import StreamHealth, StreamWatch
 from station.recording.for_viewers import TOPICS as FOR_VIEWERS
+from station.recording.lost import Lost, lost
 from station.recording.numbered import numbered
 from station.recording.provenance import whole_number
 from station.recording.reader import RecordingReader
@@ -59,6 +60,11 @@ class Report:
     other_rig: str = ""
     scale: ScaleHealth = field(default_factory=ScaleHealth)
 
+    @property
+    def lost(self) -> Lost:
+        """Says what is missing, or too much."""
+        return Lost(self.parts_missing, self.miscounted, self.misnumbered)
+
     def stream(self, topic: str) -> StreamHealth | None:
         """Returns the line of one topic, or None when it does not occur."""
         return next((stream for stream in self.streams if stream.topic == topic), None)
@@ -89,7 +95,7 @@ def examine(reader: RecordingReader) -> Report:
             session.add(item)
         elif rig is not None and not other_rig and isinstance(item.message, CameraGeometry):
             other_rig = disagreement(rig, item.message)
-    metadata = reader.metadata
+    metadata, gone = reader.metadata, lost(reader, numbered(reader))
     recorder = metadata.get("recorder", {}).items()
     counted = {name: number for name, value in recorder if (number := whole_number(value)) is not None}
     return Report(
@@ -105,9 +111,9 @@ def examine(reader: RecordingReader) -> Report:
         metadata=tuple(metadata),
         attachments=tuple(reader.attachments),
         changed_metadata=reader.changed_metadata,
-        parts_missing=reader.parts_missing,
-        miscounted=reader.miscounted,
-        misnumbered=tuple(numbered(reader).sentences()),
+        parts_missing=gone.parts,
+        miscounted=gone.miscounted,
+        misnumbered=gone.misnumbered,
         other_rig=other_rig,
         scale=scale.health(),
         unknown=tuple(name for name, info in reader.topics.items() if info.message is None and name not in FOR_VIEWERS),

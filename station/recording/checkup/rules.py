@@ -203,16 +203,9 @@ def _motions(report: Report) -> Iterator[Finding]:
         yield Finding("sync", "expected one small move seen by camera and arm (phase SYNC) in a session, found none")
 
 
-def _parts(report: Report) -> Iterator[Finding]:
-    for sentence in report.parts_missing:
-        yield Finding("parts", sentence)
-
-
-def _counts(report: Report) -> Iterator[Finding]:
-    for sentence in report.miscounted:
-        yield Finding("count", f"{sentence}: they were counted when it was written")
-    for sentence in report.misnumbered:
-        yield Finding("number", f"expected every message that was written, {sentence}")
+def _lost(report: Report) -> Iterator[Finding]:
+    for rule, sentence in report.lost.by_rule():
+        yield Finding(rule, sentence)
 
 
 def _format(report: Report) -> Iterator[Finding]:
@@ -240,8 +233,7 @@ RULES: tuple[Rule, ...] = (
     _disturbed,
     _held,
     _motions,
-    _parts,
-    _counts,
+    _lost,
     _format,
 )
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 import pytest
 from mcap.records import Attachment
@@ -12,9 +13,10 @@ from station.__main__ import main
 from station.app.verified.part import Part
 from station.app.verifying import verify
 from station.recording.chunks import RawMessage
-from station.recording.counts import METADATA
+from station.recording.counts import METADATA, counts_record
 from station.recording.mcap_file import McapFile
 from station.recording.parts import files_of
+from station.recording.reader import open_recording
 from station.recording.salvage import Block, Salvage
 from tests.unit.recording import session
 from tests.unit.recording.test_parts import split
@@ -31,8 +33,15 @@ def the_same(number: int) -> int:
     return number
 
 
-def rewritten(source: Path, target: Path, keep: Keep, *, number: Callable[[int], int] = the_same) -> Path:
-    """Copies a recording without its counts, and of each topic the messages whose number is to be kept."""
+def rewritten(
+    source: Path,
+    target: Path,
+    keep: Keep,
+    *,
+    number: Callable[[int], int] = the_same,
+    counts: Mapping[str, str] = MappingProxyType({}),
+) -> Path:
+    """Copies a recording with other counts, or none, and of each topic the messages whose number is to be kept."""
     salvage, numbers = Salvage(source), dict[int, int]()
     with target.open("wb") as stream:
         output = McapFile(stream, library="forger")
@@ -63,6 +72,8 @@ def rewritten(source: Path, target: Path, keep: Keep, *, number: Callable[[int],
                 output.add_attachment(item.name, item.data, media_type=item.media_type, stamp_ns=item.log_time)
             elif item.name != METADATA:
                 output.add_metadata(item.name, item.metadata)
+        if counts:
+            output.add_metadata(METADATA, counts)
         output.finish()
     return target
 
@@ -96,6 +107,24 @@ def test_what_was_taken_out_is_told_by_every_check(
     assert "by their numbers" not in capsys.readouterr().out
     assert main([command, str(less)]) == 1
     assert "9 of the messages on /camera/calibration are missing by their numbers" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", ["doctor", "check"])
+def test_the_end_of_a_topic_that_was_taken_out_is_told_by_every_check(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """No number tells it, but the record of counts; `check` did not look there."""
+    whole = {name: info.count for name, info in open_recording(GOLDEN).topics.items()}
+    last = whole["camera/calibration"] - 1
+    less = rewritten(
+        GOLDEN,
+        tmp_path / "a.mcap",
+        lambda topic, number: topic != "/camera/calibration" or number < last,
+        counts=counts_record(whole),
+    )
+    assert main([command, str(less)]) == 1
+    said = " ".join(capsys.readouterr().out.split())
+    assert f"expected {last + 1} messages on /camera/calibration, found {last}: they were counted" in said
 
 
 def test_what_came_first_is_missed_as_well(tmp_path: Path) -> None:
