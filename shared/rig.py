@@ -21,6 +21,8 @@ from shared.possible import LARGEST, LEAST, require_measurable
 
 _ID = re.compile(r"[\w-]+")
 """A rig's id names its keys on the bus, its file of a kept stop and its datasets. Recordings may have any other."""
+ID_WORDS = "letters, digits, '-' and '_'"
+"""The alphabet of `is_id`, in words."""
 PROCESSES = ("camera", "arm", "twin", "station")
 
 
@@ -217,6 +219,11 @@ def _slips(rig: RigConfig) -> Iterator[str]:
     )
 
 
+def is_id(name: str) -> bool:
+    """Returns true if a name can be a part of a key on the bus and of a file's name, and holds no markup."""
+    return _ID.fullmatch(name) is not None
+
+
 def load_rig(path: Path) -> RigConfig:
     """Reads a rig file of the user's own.
 
@@ -227,8 +234,8 @@ def load_rig(path: Path) -> RigConfig:
     _require_three_sides(table.child("block"))
     notify = parse(NotifyConfig, table.child(NOTIFY))
     rig = replace(rig_of_table(table), notify=notify, text=without_notify(table))
-    if not _ID.fullmatch(rig.id):
-        raise table.error("id", "letters, digits, '-' and '_'", repr(rig.id))
+    if not is_id(rig.id):
+        raise table.error("id", ID_WORDS, repr(rig.id))
     for sentence in (*_slips(rig), *unlikely_lengths(table.values)):
         raise UserError(f"{path}: {sentence}")
     if not rig.bus.insecure and (reached := rig.bus.open_to_network()):

@@ -10,6 +10,7 @@ from shared.bus import Bus
 from shared.clock import Clock
 from shared.config import Table
 from shared.errors import UserError
+from shared.rig import ID_WORDS, is_id
 from station.angles.reading import Reading
 from station.angles.settings import SILENT_S, SourceSettings, split_table
 from station.angles.sources import AngleSource, SourceLink, load_kind
@@ -117,8 +118,8 @@ def runner_of_table(name: str, table: Table, *, bus: Bus, clock: Clock) -> Runne
     Raises:
         UserError: naming file, line and key of what is wrong in the table.
     """
-    if not name or set(name) & set("/*$#? "):
-        raise UserError(f"{table.file}: expected a name of letters, digits, '-' and '_' in [angles.…], got {name!r}")
+    if not is_id(name):
+        raise UserError(f"{table.file}: expected a name of {ID_WORDS} in [angles.…], got {name!r}")
     settings, options = split_table(table)
     module = load_kind(settings.kind or name)
     complaints: queue.SimpleQueue[str] = queue.SimpleQueue()

@@ -205,6 +205,15 @@ def test_mistakes_in_the_rig_file_are_named(table: dict[str, object], said: str)
         Instruments(MemoryBus(clock), Table(table), clock=clock, threaded=False)
 
 
+@pytest.mark.parametrize("name", ["", "a/b", "a.b", '"a', "<b>a</b>", "a\nb", "=a", "a\x1b[2J"])
+def test_a_source_has_the_alphabet_of_a_rigs_id(name: str) -> None:
+    """Quotes, markup and control characters were taken, into keys on the bus, pages and tables."""
+    clock = SimulatedClock()
+    with pytest.raises(UserError, match="expected a name of letters, digits, '-' and '_' in") as told:
+        Instruments(MemoryBus(clock), Table({name: {"kind": "simulated"}}), clock=clock, threaded=False)
+    assert str(told.value).isprintable()
+
+
 def test_names_and_kinds_of_a_rig() -> None:
     names = source_names(Table({"gauge": {"kind": "typed"}, "natnet": {}}))
     assert [(one.name, one.kind, one.on_demand) for one in names] == [
