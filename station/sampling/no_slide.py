@@ -36,6 +36,10 @@ class Seen:
         """Returns the times (n,) since the first frame, s."""
         return (self.time_ns - self.time_ns[0]) * 1e-9
 
+    def first(self, frames: int) -> Seen:
+        """Returns the path in so many of its frames."""
+        return Seen(self.time_ns[:frames], self.place_m[:frames], self.tilt_rad[:frames])
+
 
 def is_no_slide(seen: Seen, *, down: Array, plan: SlipPlan, m_per_px: float) -> bool:
     """Returns true if gravity cannot have taken a block along a path up to the detection of its slip.

@@ -15,7 +15,7 @@ from station.sampling.direction import Direction, choose
 from station.sampling.plan import Plan
 from station.sampling.reference import ReferenceReading
 from station.sampling.run import Run, Specimen
-from station.sampling.slide import read_slide
+from station.sampling.slide import mind_braking, read_slide
 from station.sampling.slip import RestDetector, slipped, threshold_px
 from station.sampling.state import State
 from station.sampling.stuck import Asked
@@ -210,6 +210,7 @@ class Phases:
         run = state.run
         # Encoders that were stuck until now tell it by a jump, or by a plate that is not level.
         self._mind_encoders(level=True)
+        mind_braking(run, tracks=self.tracks, plan=self._plan.slip, specimen=self._specimen)
         sample = run.sample(
             post_corners_px=self.tracks.mean_corners_px(5),
             previous=self._previous_direction,

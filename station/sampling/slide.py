@@ -7,9 +7,10 @@ import math
 import numpy as np
 
 from station.friction.onset import Onset
-from station.sampling.no_slide import Seen, is_no_slide
+from station.sampling.braking import before_foam, pushed
+from station.sampling.no_slide import Seen, is_no_slide, last_at_rest
 from station.sampling.plan import SlipPlan
-from station.sampling.run import Run
+from station.sampling.run import Run, Specimen
 from station.sampling.tracks import Tracks
 from station.sampling.unseen import are_away, may_have_met_foam
 from station.signals.flags import UNRESOLVED
@@ -36,6 +37,26 @@ def read_slide(run: Run, *, tracks: Tracks, plan: SlipPlan) -> None:
         m_per_px = tracks.geometry.mm_per_px * 1e-3
         if is_no_slide(seen, down=np.array(_downhill(run)), plan=plan, m_per_px=m_per_px):
             run.disturb("no_slide")
+
+
+def mind_braking(run: Run, *, tracks: Tracks, plan: SlipPlan, specimen: Specimen) -> None:
+    """Looks at what braked the block until the foam may have done so, which tells one that was pushed.
+
+    Without foam in the rig's description nobody knows what stopped the block.
+    """
+    if run.censored or tracks.geometry is None or not specimen.opening.walled:
+        return
+    seen = tracks.seen(since_ns=run.fitted_from_ns, until_ns=tracks.frame_ns)
+    if seen is None:
+        return
+    outline_m = tracks.outline_m(seen, side_m=math.sqrt(specimen.block_area_m2))
+    seen = seen.first(before_foam(seen, outline_m, specimen.opening, down=np.array(_downhill(run))))
+    detected = seen.first(int(np.searchsorted(seen.time_ns, run.detect_ns, side="right")))
+    if not len(detected.time_ns):
+        return
+    rest = last_at_rest(detected, plan=plan, m_per_px=tracks.geometry.mm_per_px * 1e-3)
+    if pushed(seen, since=rest):
+        run.disturb("no_slide")
 
 
 def _onset(run: Run, tracks: Tracks, seen: Seen, *, since_ns: int) -> Onset | None:

@@ -153,6 +153,18 @@ class Tracks:
         centres = straightened([corners for _, corners in frames], self.lens).reshape(-1, 4, 2).mean(axis=1)
         return Seen(stamps, corners_on_plate(centres, self.geometry), tilt_rad)
 
+    def outline_m(self, seen: Seen, *, side_m: float) -> NDArray[np.float64]:
+        """Returns the corners (n, 4, 2), m on the plate, of a square block with that side in the frames of a path."""
+        frames = dict(self._frames)
+        if self.geometry is None:
+            return np.empty((0, 4, 2))
+        corners = self._straight([frames[stamp] for stamp in seen.time_ns.tolist()])
+        mark = corners_on_plate(corners, self.geometry).reshape(-1, 4, 2)
+        centre = mark.mean(axis=1, keepdims=True)
+        return centre + (mark - centre) * (
+            side_m / self.geometry.marker_side_m if self.geometry.marker_side_m > 0 else 1.0
+        )
+
     def attitudes_ns(self, *, since_ns: int) -> list[int]:
         """Returns the times, ns, of the attitudes."""
         return [stamp for stamp, _ in self._attitudes if stamp >= since_ns]
