@@ -44,12 +44,13 @@ def mind_braking(run: Run, *, tracks: Tracks, plan: SlipPlan, specimen: Specimen
 
     Without foam in the rig's description nobody knows what stopped the block.
     """
-    if run.censored or tracks.geometry is None or not specimen.opening.walled:
+    if run.censored or run.disturbed or tracks.geometry is None or not specimen.opening.walled:
         return
     seen = tracks.seen(since_ns=run.fitted_from_ns, until_ns=tracks.frame_ns)
     if seen is None:
         return
-    outline_m = tracks.outline_m(seen, side_m=math.sqrt(specimen.block_area_m2))
+    # Where the mark looks too small the block may lie so much farther out.
+    outline_m = tracks.outline_m(seen, side_m=math.sqrt(specimen.block_area_m2)) / (1.0 - run.off_scale)
     seen = seen.first(before_foam(seen, outline_m, specimen.opening, down=np.array(_downhill(run))))
     detected = seen.first(int(np.searchsorted(seen.time_ns, run.detect_ns, side="right")))
     if not len(detected.time_ns):

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from shared.foxglove import CameraCalibration
-from shared.geometry import block_pose_of, corners_on_plate, euler_of, straightened, tilt_of
+from shared.geometry import Array, block_pose_of, corners_on_plate, euler_of, straightened, tilt_of
 from shared.messages import REPEATED, CameraGeometry, MarkerCorners, PlatformState
 from station.friction.onset import Onset, estimate_onset
 from station.rig.opening import Opening, square_corners
@@ -153,12 +153,12 @@ class Tracks:
         centres = straightened([corners for _, corners in frames], self.lens).reshape(-1, 4, 2).mean(axis=1)
         return Seen(stamps, corners_on_plate(centres, self.geometry), tilt_rad)
 
-    def outline_m(self, seen: Seen, *, side_m: float) -> NDArray[np.float64]:
+    def outline_m(self, seen: Seen, *, side_m: float) -> Array:
         """Returns the corners (n, 4, 2), m on the plate, of a square block with that side in the frames of a path."""
         frames = dict(self._frames)
         if self.geometry is None:
             return np.empty((0, 4, 2))
-        corners = self._straight([frames[stamp] for stamp in seen.time_ns.tolist()])
+        corners = straightened([frames[stamp] for stamp in seen.time_ns.tolist()], self.lens)
         mark = corners_on_plate(corners, self.geometry).reshape(-1, 4, 2)
         centre = mark.mean(axis=1, keepdims=True)
         return centre + (mark - centre) * (
