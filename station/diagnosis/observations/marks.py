@@ -10,7 +10,7 @@ import numpy as np
 from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import REST, Channel, Rows
 from station.diagnosis.observations.moments import Latest, Moments
-from station.diagnosis.observations.slow_slides import Before, SlowSlides
+from station.diagnosis.observations.slow_slides import HOLDING, Before, SlowSlides
 from station.physics.contact import Array, View, middle
 from station.physics.model import Model
 
@@ -100,7 +100,7 @@ class Rest(PlateMarks):
         self._slid: Latest[Array] | None = None
         if slow is not None:
             before = slow.before(rows.run, resting.tilt_rad.reshape(-1, CREEP_POINTS))
-            self._slid = Latest(partial(self._slid_slowly, before), ("friction",))
+            self._slid = Latest(partial(self._slid_slowly, before), tuple(HOLDING))
 
     def _predicted(self, model: Model) -> Array:
         moved = super()._predicted(model)
@@ -122,5 +122,5 @@ class Rest(PlateMarks):
 
     @property
     def hooks(self) -> frozenset[str]:
-        """The methods of `Effect` that can change the channel: friction too, if blocks slid slowly before slips."""
-        return super().hooks if self._slid is None else super().hooks | {"friction"}
+        """The methods of `Effect` that can change the channel: what holds, too, if blocks slid slowly before slips."""
+        return super().hooks if self._slid is None else super().hooks | HOLDING

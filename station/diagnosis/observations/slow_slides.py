@@ -1,10 +1,11 @@
 """Blocks that slide slowly before they are read to slip.
 
-Where friction grows with the speed, a block that passes its limit does not get away: it goes on at the speed at which
-friction holds the load (Ruina 1983, J. Geophys. Res. 88, 10359), by millimetres in seconds, and a slip is read when it
-has become fast. The load of that moment is friction at that speed, and the way before it follows from loads alone: at
-the load q it goes at the speed v for which friction is h(v) = h(v_s) q / q_s, with the speed v_s and the load q_s just
-before the slip. A law without such a growth has no speed below v_s for these loads: its block would stand.
+Where friction grows with the speed, or a drag does, a block that passes its limit does not get away: it goes on at the
+speed at which both hold the load (Ruina 1983, J. Geophys. Res. 88, 10359), by millimetres in seconds, and a slip is
+read when it has become fast. The load of that moment is what holds at that speed, and the way before it follows from
+loads alone: at the load q it goes at the speed v for which what holds is h(v) = h(v_s) q / q_s, with the speed v_s and
+the load q_s just before the slip. A law without such a growth has no speed below v_s for these loads: its block would
+stand.
 """
 
 from __future__ import annotations
@@ -32,10 +33,13 @@ LEAST_FRAMES = 6
 """The frames that a speed is read from at least, two thirds of those in SEEN_NS at 90 Hz."""
 
 SPEEDS = 6
-"""The speeds from the noise to a run's own at which friction is evaluated; between them it is a straight line."""
+"""The speeds from the noise to a run's own at which what holds is evaluated; between them it is a straight line."""
 
 LEAST = 1e-12
-"""A guard of divisions by friction, which may fall to nothing, and by its growth."""
+"""A guard of divisions by what holds, which may fall to nothing, and by its growth."""
+
+HOLDING = frozenset({"friction", "push"})
+"""The methods of `Effect` that can hold a sliding block."""
 
 
 class SlowSlides:
@@ -55,15 +59,25 @@ class SlowSlides:
             way_rad=sliding.down_rad,
             speed_m_s=self._speeds.ravel(),
         )
-        self._held = Latest(self._holds, ("friction",))
+        self._held = Latest(self._holds, tuple(HOLDING))
 
     def _holds(self, model: Model) -> Array:
-        """Returns friction at each of the speeds over that at v_s (r, SPEEDS + 1)."""
-        held = np.maximum(model.friction(self._sliding), LEAST).reshape(self._speeds.shape)
+        """Returns what holds the blocks at each of the speeds over that at v_s (r, SPEEDS + 1)."""
+        held = model.friction(self._sliding).reshape(self._speeds.shape)
+        if model.acting("push"):
+            held = held + self._drag(model)
+        held = np.maximum(held, LEAST)
         return held / held[:, -1:]
 
+    def _drag(self, model: Model) -> Array:
+        """Returns by how much pushes hold at each of the speeds more than at none, over the press (r, SPEEDS + 1)."""
+        push = model.push(self._sliding)[:, :2]
+        against = -(push * self._sliding.way).sum(axis=1) / np.maximum(self._sliding.pressing_m_s2, LEAST)
+        against = against.reshape(self._speeds.shape)
+        return against - against[:, :1]
+
     def log_grown_of(self, model: Model, run: Times) -> Array:
-        """Returns the growth (n,) of log friction from the least speed that shows to v_s; none where it falls.
+        """Returns the growth (n,) of the log of what holds from the least speed that shows to v_s; none where it falls.
 
         `run` (n,) are runs by their indices; one that did not slide before its slip has none.
         """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -28,15 +29,24 @@ def law(name: str, **values: float) -> Model:
 
 GROWING = law("rate_strengthening", per_e_fold=PER_E_FOLD, slower_decades=math.log10(0.1 / CUT_OFF_M_S), both_ways=1.0)
 
+DRAG_PER_S = 12.0
+"""The drag per mass, 1/s: as a film of oil has it that halves the acceleration of a slide at 0.1 m/s."""
 
-def slid(*, rate_rad_s: float, until_m_s: float) -> tuple[Array, Array, Array]:
+
+def growth(speed_m_s: float) -> float:
+    return 1.0 + PER_E_FOLD * math.asinh(0.5 * speed_m_s / CUT_OFF_M_S)
+
+
+def slid(
+    *, rate_rad_s: float, until_m_s: float, drag_per_s: float = 0.0, grown: Callable[[float], float] = growth
+) -> tuple[Array, Array, Array]:
     """Times, s, tilts, rad, and ways, m, of a block on a plate that is tilted steadily, by plain steps of its law."""
     step_s, speed, way, time_s = 2e-5, 0.0, 0.0, 0.0
     rows = list[tuple[float, float, float]]()
     while speed < until_m_s:
         tilt = math.atan(MU) - 1e-3 + rate_rad_s * time_s
-        friction = MU * (1.0 + PER_E_FOLD * math.asinh(0.5 * speed / CUT_OFF_M_S))
-        speed = max(speed + step_s * GRAVITY_M_S2 * (math.sin(tilt) - friction * math.cos(tilt)), 0.0)
+        excess = GRAVITY_M_S2 * (math.sin(tilt) - MU * grown(speed) * math.cos(tilt)) - drag_per_s * speed
+        speed = max(speed + step_s * excess, 0.0)
         way, time_s = way + step_s * speed, time_s + step_s
         rows.append((time_s, tilt, way))
     return tuple(np.array(rows).T)  # type: ignore[return-value]
@@ -56,6 +66,27 @@ def test_its_way_follows_from_the_law(rate_rad_s: float) -> None:
     assert before.rows.tolist() == [1]
     assert way_m[-1] > 4e-4
     assert np.trapezoid(speed, time_s) == pytest.approx(way_m[-1], rel=0.05)
+
+
+def test_a_drag_holds_it_as_friction_does() -> None:
+    """A film of oil lets no block get away at once; only the first tenth of a second is gone before it holds."""
+    time_s, tilt_rad, way_m = slid(
+        rate_rad_s=0.004, until_m_s=3e-3, drag_per_s=DRAG_PER_S, grown=lambda speed: float(speed >= 0.0)
+    )
+    seen = slow(tilt_rad[-1], 3e-3)
+    oiled = law("viscous", drag_n_s_m=DRAG_PER_S * float(contacts(1).mass_kg[0]))
+    (speed,) = seen.before(np.array([3]), tilt_rad[None]).speed_m_s(oiled)
+    assert way_m[-1] > 1e-3
+    assert np.trapezoid(speed, time_s) == pytest.approx(way_m[-1], rel=0.05)
+    (grown,) = seen.log_grown_of(oiled, np.array([3]))
+    held = DRAG_PER_S * np.array([LEAST_M_S, 3e-3]) / (GRAVITY_M_S2 * math.cos(tilt_rad[-1]))
+    assert grown == pytest.approx(math.log((MU + held[1]) / (MU + held[0])), rel=1e-6)
+
+
+def test_a_push_that_knows_no_speed_is_part_of_the_load() -> None:
+    shifted = law("pivot_offset", z_m=0.1)
+    assert shifted.acting("push")
+    assert np.all(slow(0.36, 3e-3).log_grown_of(shifted, np.array([3])) == 0.0)
 
 
 NOTHING_LEFT = law("rate_strengthening", per_e_fold=-0.2, slower_decades=8.0)
