@@ -140,6 +140,7 @@ class View:
         tilt_rad, down_rad: (n,) as in `Contact`.
         rest_s: (n,) time since this run's tilt began: how long the block has been held on a slope.
         limit_rad: (n,) the tilt at which this run's block slides; nan where that is unknown.
+        crept_m: (n,) the way that a block as near to its limit may have crept, or one for all.
         side_m: side of the block's mark.
         camera_height_m: height of the lens above the plate.
         image_centre_m: (2,) the place in P that the optical axis meets.
@@ -161,6 +162,7 @@ class View:
     row_m: Array
     image_size_m: float
     acceleration_m_s2: Array | float = 0.0
+    crept_m: Array | float = 0.0
 
     def of(self, point_m: Array) -> View:
         """Returns the same view of a mark whose true corners are at `point_m` (n, 4, 2), m, in P."""

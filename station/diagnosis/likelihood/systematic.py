@@ -18,6 +18,7 @@ from typing import ClassVar
 import numpy as np
 
 from station.diagnosis import thresholds
+from station.diagnosis.likelihood.creeping import NEAR_LIMIT
 from station.diagnosis.likelihood.leading import PRESSURE_LEAD
 from station.diagnosis.likelihood.mapping import CAMERA_MAP
 from station.diagnosis.observations.channel import REST
@@ -99,7 +100,7 @@ def nuisances(evidence: Evidence, model: Model) -> tuple[Effect, ...]:
     Without slides the reading of the onsets is part of mu, and is no nuisance.
     """
     onset = (ONSET_READING,) if evidence.onsets and evidence.slides else ()
-    picture = (PICTURE_READING,) if evidence.channel(REST) else ()
+    picture = (PICTURE_READING, NEAR_LIMIT) if evidence.channel(REST) else ()
     across = (PRESSURE_LEAD,) if evidence.channel("across") else ()
     mapped = (CAMERA_MAP,) if evidence.channel("across") or evidence.channel("shape") else ()
     reading = (*onset, *picture, *across, *mapped)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -60,7 +61,8 @@ def rest_channel(recorded: Recorded) -> Sequence[Channel]:
     known = {
         name: values[CREEP_POINTS - 1 :: CREEP_POINTS] for name, values in covariates_of(creeping.reported).items()
     }
-    columns = {**_span(now), "sigma": np.hypot(sigma, thresholds.PLACE_TRUSTED_M), "astray": crept_m(recorded, now)}
+    crept = crept_m(recorded, now)
+    columns = {**_span(now), "sigma": np.hypot(sigma, thresholds.PLACE_TRUSTED_M), "astray": crept}
     rows = rows_of(columns, {**known, "tilt": view.tilt_rad})
     limit_rad = np.repeat(view.limit_rad, CREEP_POINTS)
     down_m = (moved * view.down).sum(axis=1)
@@ -68,7 +70,7 @@ def rest_channel(recorded: Recorded) -> Sequence[Channel]:
         Rest(
             rows,
             down_m,
-            view=view,
+            view=replace(view, crept_m=crept),
             start=level,
             creeping=creeping,
             creep_s=creep_s,
