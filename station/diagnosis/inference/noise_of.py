@@ -34,12 +34,18 @@ def with_tails(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Noise:
     whitening = Whitening(evidence, noise)
     white = whitening(stack(evidence, at))
     known = np.concatenate([evidence.known(channel) for channel in evidence.channels])
+    strayed = np.concatenate(
+        [channel.rows.strayed & evidence.counted[channel.rows.run] for channel in evidence.channels]
+    )
     friction, own, factor, tail = noise.friction, dict(noise.own), dict(noise.factor), dict(noise.tail)
+    astray, astray_tail = dict(noise.astray), dict[str, float]()
     for index, channel in enumerate(evidence.channels):
         chosen = known & (whitening.channel == index)
         if evidence.is_record(channel):  # means of many readings have no tail, and no other scale
             continue
         tail[channel.name], scale = fitted_tail(white[chosen])
+        astray_tail[channel.name], share = fitted_tail(white[strayed & (whitening.channel == index)])
+        astray[channel.name] = min(share * noise.astray.get(channel.name, 1.0), 1.0)
         if channel.name == ONSET and evidence.group is None:
             # Both parts of the scatter are scaled alike: their ratio is known from the difference of onset and slide.
             friction, own[ONSET] = scale * noise.friction, scale * noise.own[ONSET]
@@ -47,7 +53,7 @@ def with_tails(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Noise:
             factor[channel.name] = max(factor[channel.name] * scale, LEAST_FACTOR)
             if evidence.group is not None:
                 own[channel.name] = scale * noise.own[channel.name]
-    return replace(noise, friction=friction, own=own, factor=factor, tail=tail)
+    return replace(noise, friction=friction, own=own, factor=factor, tail=tail, astray=astray, astray_tail=astray_tail)
 
 
 def shaking_of(evidence: Evidence, model: Model) -> Array | None:

@@ -36,8 +36,9 @@ class Noise:
 
     `factor` multiplies each channel's sigma, and `tail` is its degrees of freedom of Student's t. `group` is that of
     groups of rows, and `wander` that of friction along a path, by channel. `astray` is how much of what may lead rows
-    astray does so, from 0 to 1. All are estimated anew with every model: what a late clock does to a slide looks like
-    wander to a model without it.
+    astray does so, from 0 to 1, and `astray_tail` the degrees of freedom of these rows: a block that creeps may go a
+    hundred times as far as the others. All are estimated anew with every model: what a late clock does to a slide looks
+    like wander to a model without it.
     """
 
     friction: float
@@ -47,6 +48,7 @@ class Noise:
     group: Mapping[str, float] = field(default_factory=dict[str, float])
     wander: Mapping[str, Wander] = field(default_factory=dict[str, Wander])
     astray: Mapping[str, float] = field(default_factory=dict[str, float])
+    astray_tail: Mapping[str, float] = field(default_factory=dict[str, float])
 
     @property
     def scatter(self) -> float:
@@ -58,6 +60,11 @@ class Noise:
         """Returns the variance (n,) of the rows' own errors: of their reading, and of what else may shift them."""
         rows, share = channel.rows, self.astray.get(channel.name, 1.0)
         return (self.factor[channel.name] * rows.sigma) ** 2 + (share * rows.astray) ** 2
+
+    def tails_of(self, channel: Channel) -> Array:
+        """Returns the degrees of freedom (n,) of the rows' components."""
+        tail = self.tail[channel.name]
+        return np.where(channel.rows.strayed, self.astray_tail.get(channel.name, tail), tail)
 
     def at_most(self, other: Noise) -> Noise:
         """Returns the smaller of both standard deviations and factors, one by one; the tails and the wander stay."""
@@ -80,6 +87,7 @@ class Noise:
             own={name: max(own, floor.own.get(name, 0.0)) for name, own in self.own.items()},
             factor={name: max(factor, floor.factor.get(name, 0.0)) for name, factor in self.factor.items()},
             tail=self.tail,
+            astray_tail=self.astray_tail,
             group={name: max(group, floor.group.get(name, 0.0)) for name, group in self.group.items()},
             wander={**floor.wander, **larger},
             astray={name: max(share, floor.astray.get(name, 0.0)) for name, share in self.astray.items()},

@@ -38,7 +38,7 @@ class Whitening:
             [np.full(len(channel), index, dtype=np.int64) for index, channel in enumerate(evidence.channels)]
         )
         self.limit: Bools = np.concatenate([channel.rows.limit for channel in evidence.channels])
-        self.tail: Array = np.array([noise.tail[channel.name] for channel in evidence.channels])[self.channel]
+        self.tail: Array = np.concatenate([noise.tails_of(channel) for channel in evidence.channels])
         reading = np.concatenate([noise.of_reading(channel) for channel in evidence.channels])
         own_of_rows = [noise.own[one.name] ** 2 * _is_of_rows(evidence, one) for one in evidence.channels]
         variance = reading + np.array(own_of_rows)[self.channel]

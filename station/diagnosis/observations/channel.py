@@ -38,6 +38,11 @@ class Rows:
     def __len__(self) -> int:
         return len(self.run)
 
+    @property
+    def strayed(self) -> Bools:
+        """The rows (n,), as a mask, that something else may shift by more than the measurement errs."""
+        return self.astray > self.sigma
+
     def chosen(self, rows: Times | Bools) -> Rows:
         """Returns the rows with these indices or under this mask."""
         columns = {one.name: getattr(self, one.name) for one in fields(self)}

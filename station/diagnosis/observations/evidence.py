@@ -92,7 +92,7 @@ class Evidence:
         Their runs count, and their residuals are values, not limits, that nothing but the measurement leads astray.
         """
         rows = channel.rows
-        return ~rows.limit & (rows.astray <= rows.sigma) & self.counted[rows.run]
+        return ~rows.limit & ~rows.strayed & self.counted[rows.run]
 
     @property
     def block(self) -> Index:
