@@ -91,12 +91,13 @@ def test_a_curve_that_is_no_ellipse_is_recovered_in_every_direction():
         holds(friction_at(choice.best, float(phi)), float(uneven(phi)), share=0.05)
 
 
-def test_a_circle_is_seldom_called_anything_else():
-    """Among 24 sessions of 80 runs 1.2 are expected below 5 %; six or more would come once in 1000 times."""
-    many = played(Rig(mu=ellipse(0.36, 0.36)), count=24, runs=80)
-    found = [choose(many.observations(number)) for number in range(24)]
-    assert sum(one.p_isotropic < 0.05 for one in found) < 6
-    assert sum(one.best.layout.kind != "isotropic" for one in found) < 2
+@pytest.mark.parametrize(("count", "most", "named"), [(8, 3, 0), pytest.param(24, 5, 1, marks=pytest.mark.benchmark)])
+def test_a_circle_is_seldom_called_anything_else(count: int, most: int, named: int):
+    """Among sessions of 80 runs one in twenty is expected below 5 %; more than `most` come once in 1000 times."""
+    many = played(Rig(mu=ellipse(0.36, 0.36)), count=count, runs=80)
+    found = [choose(many.observations(number)) for number in range(count)]
+    assert sum(one.p_isotropic < 0.05 for one in found) <= most
+    assert sum(one.best.layout.kind != "isotropic" for one in found) <= named
 
 
 def test_high_friction_is_not_underestimated_where_the_mean_of_a_bin_is():

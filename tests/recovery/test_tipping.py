@@ -139,9 +139,10 @@ def pulls(found: Masses, acting: tuple[Effect, ...], true: tuple[float, ...]) ->
     return np.abs((posterior.mean()[:size] - true) / posterior.sd()[:size]).tolist()
 
 
+@pytest.mark.parametrize("seeds", [range(2), pytest.param(range(2, 8), marks=pytest.mark.benchmark)])
 @pytest.mark.parametrize(("slenderness", "mistakes"), [(2.3, 0.0), (2.5, 0.0), (2.3, 0.02)])
-def test_the_slenderness_is_found_within_its_error(slenderness: float, mistakes: float) -> None:
-    for seed in range(8):
+def test_the_slenderness_is_found_within_its_error(slenderness: float, mistakes: float, seeds: range) -> None:
+    for seed in seeds:
         rng = np.random.default_rng([seed, 1])
         found = told_of(made_up(rng, runs=150, stands_to=1.0 / slenderness, mistakes=mistakes))
         assert found.likeliest() == (TIPPING,)
@@ -164,10 +165,11 @@ def test_a_mass_off_the_middle_is_found_by_the_edges_over_which_blocks_topple(x:
             assert abs(named[name] - true) < 4.0 * sd[name]
 
 
-def test_mistakes_alone_are_no_block_that_tips() -> None:
-    """A hundred sessions with one or two glares taken for a fall in each are hardly ever called tipping."""
+@pytest.mark.parametrize("sessions", [20, pytest.param(100, marks=pytest.mark.benchmark)])
+def test_mistakes_alone_are_no_block_that_tips(sessions: int) -> None:
+    """Sessions with one or two glares taken for a fall in each are hardly ever called tipping: of twenty none."""
     probability, p = list[float](), list[float]()
-    for seed in range(100):
+    for seed in range(sessions):
         tips = made_up(np.random.default_rng([seed, 2]), runs=150, stands_to=99.0, mistakes=0.01)
         found = masses(tips, EVERY, BLOCK, prior=PRIOR, rng=np.random.default_rng(5))
         probability.append(0.0 if found is None else found.probability(TIPPING))
