@@ -1,7 +1,8 @@
 """For all tests: how long an example takes says something of the machine, and nothing of the program.
 
 A suite that a script has started in the background is told to ignore Ctrl-C, and whatever it starts would ignore it,
-too. What arm agents keep of their stops goes to a folder that ends with the tests.
+too. What arm agents keep of their stops goes to a folder that ends with the tests, and so do answers that several
+processes of the tests ask for.
 """
 
 import os
@@ -9,6 +10,8 @@ import signal
 
 import pytest
 from hypothesis import settings
+
+from tests.answers import FOLDER
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -20,3 +23,12 @@ settings.load_profile("repose")
 @pytest.fixture(scope="session", autouse=True)
 def _states(tmp_path_factory: pytest.TempPathFactory) -> None:  # pyright: ignore[reportUnusedFunction]
     os.environ["XDG_STATE_HOME"] = str(tmp_path_factory.mktemp("state"))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _answers(tmp_path_factory: pytest.TempPathFactory) -> None:  # pyright: ignore[reportUnusedFunction]
+    """The workers of one run have folders of their own beside each other."""
+    own = tmp_path_factory.getbasetemp()
+    folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "answers"
+    folder.mkdir(exist_ok=True)
+    os.environ[FOLDER] = str(folder)

@@ -21,6 +21,16 @@ PRINTS = {
 
 MAKES = {"station/diagnosis/README.md": "report.html"}
 
+ONCE = """
+from runpy import run_path
+from pytest import MonkeyPatch
+from tests.unit.diagnosis.asked_once import ask_once
+
+ask_once(MonkeyPatch())
+run_path("example.py", run_name="__main__")
+"""
+"""Runs a block in a Python of its own. The same recording is diagnosed on other pages, and once for all of them."""
+
 
 @pytest.mark.parametrize("block", blocks("python"), ids=lambda block: block.readme)
 def test_it_runs_as_it_stands(block: Block, tmp_path: Path) -> None:
@@ -28,7 +38,7 @@ def test_it_runs_as_it_stands(block: Block, tmp_path: Path) -> None:
     if "sim.mcap" in block.text:
         write_twenty_runs(folder / "sim.mcap")
     (folder / "example.py").write_text(block.text, encoding="utf-8")
-    words = [sys.executable, "-W", "error", "example.py"]
+    words = [sys.executable, "-W", "error", "-c", ONCE]
     of_this_checkout = {**os.environ, "PYTHONPATH": str(ROOT)}
     done = subprocess.run(words, cwd=folder, env=of_this_checkout, capture_output=True, encoding="utf-8", check=False)
     assert done.returncode == 0, done.stderr

@@ -1,14 +1,14 @@
-"""Answers that several tests of a module ask for: each is computed once, and whoever asks the same gets the same.
+"""Diagnoses that several tests ask for: each is computed once, and whoever asks the same gets the same.
 
 What is compared is what the ways make of an answer; the answer itself takes seconds and has tests of its own.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
-import joblib
 import pytest
 
 from station.app import diagnosing, simulated_again
@@ -22,49 +22,57 @@ from station.diagnosis.result import NextExperiment
 from station.physics.catalogue import Catalogue
 from station.physics.effect import Effect
 from station.signals.session import Signals
+from tests.answers import once
 
-ANSWERS = dict[tuple[str, ...], Any]()
-"""Answers by what was asked and the digest of all that it was asked with.
-
-They are kept, so that the identity of one may be a part of the next question.
-"""
+_ASKED = dict[int, tuple[Examined, tuple[Any, ...]]]()
+"""Diagnoses by their identity, each with what was asked: it is a part of the next question about it."""
 
 
 def ask_once(patched: pytest.MonkeyPatch) -> None:
     """The commands and the front door get the answers of this module."""
-    patched.setattr(diagnosing, "examined", _examined)
-    patched.setattr(diagnosing, "recommended", _recommended)
+    patched.setattr(diagnosing, "examined", examined_once)
+    patched.setattr(diagnosing, "recommended", recommended_once)
     patched.setattr(simulated_again, "against_given", _against_given)
     patched.setattr(plan, "separate", _separate)
 
 
-def _once(name: str, asked: tuple[Any, ...], answer: Callable[[], Any]) -> Any:
-    digest = joblib.hash(asked)
-    assert digest is not None
-    if (name, digest) not in ANSWERS:
-        ANSWERS[name, digest] = answer()
-    return ANSWERS[name, digest]
+def examined_once(recorded: Source, known: Catalogue, *, name: str, jobs: int = 1, **asked: Any) -> Examined:
+    """Returns the diagnosis under this name, which is told with it and changes nothing else.
 
-
-def _examined(recorded: Source, known: Catalogue, *, jobs: int, **asked: Any) -> Examined:
-    """The number of processes belongs to the question only where folds are searched: `folds.named` searches none."""
+    The number of processes belongs to the question only where folds are searched: `folds.named` searches none.
+    """
     source = read(recorded)
-    said = {name: value for name, value in asked.items() if name != "progress"}
+    said = {key: value for key, value in asked.items() if key != "progress"}
     among = 1 if asked["folding"] is folds.named else jobs
-    return _once("examined", (source, sorted(known), said, among), lambda: examined(source, known, jobs=jobs, **asked))
+    question = ("examined", source, sorted(known), said, among)
+    found = once(question, lambda: examined(source, known, jobs=jobs, **asked))
+    return _asked(replace(found, diagnosis=replace(found.diagnosis, recording=name)), question)
 
 
-def _recommended(found: Examined, known: Catalogue) -> Examined:
-    return _once("recommended", (id(found), sorted(known)), lambda: recommended(found, known))
+def recommended_once(found: Examined, known: Catalogue) -> Examined:
+    """Returns a diagnosis of `examined_once` with its next experiment."""
+    question = ("recommended", _question(found), sorted(known))
+    further = once(question, lambda: recommended(found, known))
+    return _asked(replace(further, diagnosis=replace(further.diagnosis, recording=found.diagnosis.recording)), question)
+
+
+def _asked(found: Examined, question: tuple[Any, ...]) -> Examined:
+    _ASKED[id(found)] = found, question
+    return found
+
+
+def _question(found: Examined) -> tuple[Any, ...]:
+    return _ASKED[id(found)][1]
 
 
 def _against_given(found: Examined, simulated: Signals, known: Catalogue, **asked: Any) -> Given:
     """A simulation that is called for less friction is the one that made `simulated`, under its name."""
     said = {name: value for name, value in asked.items() if name not in ("again", "progress")}
-    key = (id(found), simulated, sorted(known), said, asked["again"] is None)
-    return _once("against", key, lambda: against_given(found, simulated, known, **asked))
+    name = found.diagnosis.recording
+    question = ("against", _question(found), name, simulated, sorted(known), said, asked["again"] is None)
+    return once(question, lambda: against_given(found, simulated, known, **asked))
 
 
 def _separate(effects: Sequence[Effect], known: Catalogue, *, mu_s: float) -> NextExperiment:
-    asked = ([effect.id for effect in effects], sorted(known), mu_s)
-    return _once("separate", asked, lambda: separate(effects, known, mu_s=mu_s))
+    asked = ("separate", [effect.id for effect in effects], sorted(known), mu_s)
+    return once(asked, lambda: separate(effects, known, mu_s=mu_s))

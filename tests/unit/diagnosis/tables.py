@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import math
 from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
 from shared.messages import Sample
-from station.diagnosis.diagnose import Examined, examined
-from station.diagnosis.next_experiment.recommended import recommended
+from station.diagnosis.diagnose import Examined
+from station.diagnosis.observations.setting import Setting
+from station.diagnosis.predict.folds import named
 from station.physics.catalogue import catalogue
+from station.recording.measured import read_measured
+from station.recording.tables import write_samples
+from tests.unit.diagnosis.asked_once import examined_once, recommended_once
 
 MU = 0.4
 RUNS = 60
@@ -43,5 +49,14 @@ def samples(*, runs: int = RUNS, grain: float = 0.0, seed: int = 3, directions: 
 
 @cache
 def grained() -> Examined:
-    """Returns the diagnosis of a table in which friction depends on the direction by a fifth."""
-    return recommended(examined(samples(grain=0.2), catalogue(), name="grained.csv"), catalogue())
+    """Returns the diagnosis of a table in which friction depends on the direction by a fifth.
+
+    The same table is `samples.csv` in a reader's folder, and is diagnosed once for all of them.
+    """
+    with TemporaryDirectory() as folder:
+        write_samples(samples(grain=0.2), Path(folder) / "grained.csv")
+        table = read_measured(Path(folder) / "grained.csv")
+    known = catalogue()
+    return recommended_once(
+        examined_once(table, known, name="grained.csv", setting=Setting(), seed=1, folding=named), known
+    )
