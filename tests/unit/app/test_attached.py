@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import shutil
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import pytest
@@ -18,9 +18,10 @@ from shared.config import Table
 from shared.errors import UserError
 from shared.rig import load_rig
 from station.__main__ import main
-from station.app import assembly
+from station.app import analysis_files, assembly
 from station.app.attached import attached_rig, attached_table, effects_left_out, planted_in, planted_in_recording
 from station.app.summary import print_summary
+from station.friction.figures import figure_kinds
 from station.recording.for_viewers import for_viewers
 from station.recording.reader import open_recording
 from station.rig.arm_model import MODELS
@@ -264,6 +265,9 @@ def test_what_a_rig_conceals_is_not_in_a_simulation_of_its_session(tmp_path: Pat
 def test_what_a_simulated_rig_conceals_is_announced_wherever_its_session_is_shown(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """One figure of each report is drawn, and not all: the words stand above them."""
+    one_figure = partial(analysis_files.draw_figures, names=[figure_kinds()[0].name])
+    monkeypatch.setattr(analysis_files, "draw_figures", one_figure)
     monkeypatch.chdir(tmp_path)
     rig = b'planted = "its floor is warm"\n' + _without_planted(open_recording(GOLDEN).attachments["rig.toml"])
     path = forged(tmp_path / "planted.mcap", rig=rig)
