@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections import abc
 from collections.abc import Collection
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import replace
 from typing import Any
 
@@ -15,6 +18,8 @@ from tests.concealed.world import GRAVITY, NULL, World
 FEATURES = ("free", "yaw", "replace", "masses", "mounts", "dwell", "rates", "sensor", "border")
 """The factors that a protocol may vary: azimuth, the block's yaw, its place, its mass, the plate's mount, dwell, tilt
 rate; whether another angle sensor looks on; and whether slides reach the foam."""
+
+_MOST_RUNS = ContextVar("_MOST_RUNS", default=500)
 
 _EXTRAS = ("free", "yaw", "replace", "masses", "mounts", "dwell", "rates", "sensor")
 
@@ -78,9 +83,19 @@ def draw_nuisance(rng: Generator, *, runs: int, harsh: bool) -> Nuisance:
     )
 
 
+@contextmanager
+def at_most(runs: int) -> abc.Generator[None]:
+    """Sessions that are drawn within have at most so many runs; the limits of effects are those of the session."""
+    before = _MOST_RUNS.set(runs)
+    try:
+        yield
+    finally:
+        _MOST_RUNS.reset(before)
+
+
 def draw_runs(rng: Generator) -> int:
-    """50 to 500 runs, equally often in every part of the logarithm."""
-    return round(math.exp(float(rng.uniform(math.log(50.0), math.log(500.0)))))
+    """50 to 500 runs (or to those of `at_most`), equally often in every part of the logarithm."""
+    return round(math.exp(float(rng.uniform(math.log(50.0), math.log(_MOST_RUNS.get())))))
 
 
 def draw_setting(

@@ -14,6 +14,7 @@ from tests.concealed.sealing import sealed
 from tests.concealed.session import run_session
 from tests.concealed.tiers import CLASSES, plan_case
 from tests.concealed.world import NULL
+from tests.recovery.short_cases import MOST_RUNS, plan_short
 
 
 def test_the_catalogue_is_that_of_the_physics_page():
@@ -102,3 +103,10 @@ def test_a_sealed_key_is_json_with_its_hash():
     assert json.loads(text) == {"a": [1.5], "b": 1}
     assert len(digest) == 64
     assert sealed({"a": [1.5], "b": 1}) == (text, digest)
+
+
+def test_a_short_case_is_the_same_case_in_fewer_runs_and_leaves_the_next_one_as_long_as_it_was() -> None:
+    long, short, again = (plan("null", 0, seed=1266) for plan in (plan_case, plan_short, plan_case))
+    assert 50 <= short.setting.design.runs <= MOST_RUNS < long.setting.design.runs
+    assert again.setting.design.runs == long.setting.design.runs
+    assert (short.id, short.setting.design.pair) == (long.id, long.setting.design.pair)
