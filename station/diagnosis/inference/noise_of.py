@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from station.diagnosis import thresholds
 from station.diagnosis.likelihood.grouped import grouped_noise
-from station.diagnosis.likelihood.noise import Noise, estimate_noise
+from station.diagnosis.likelihood.noise import TAILS, Noise, estimate_noise
 from station.diagnosis.likelihood.student import fitted_tail
 from station.diagnosis.likelihood.whitening import Whitening, stack
 from station.diagnosis.observations.channel import ONSET
@@ -44,7 +45,7 @@ def with_tails(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Noise:
         if evidence.is_record(channel):  # means of many readings have no tail, and no other scale
             continue
         tail[channel.name], scale = fitted_tail(white[chosen])
-        astray_tail[channel.name], share = fitted_tail(white[strayed & (whitening.channel == index)])
+        astray_tail[channel.name], share = _tail_of_strayed(white[strayed & (whitening.channel == index)])
         astray[channel.name] = min(share * noise.astray.get(channel.name, 1.0), 1.0)
         if channel.name == ONSET and evidence.group is None:
             # Both parts of the scatter are scaled alike: their ratio is known from the difference of onset and slide.
@@ -54,6 +55,11 @@ def with_tails(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Noise:
             if evidence.group is not None:
                 own[channel.name] = scale * noise.own[channel.name]
     return replace(noise, friction=friction, own=own, factor=factor, tail=tail, astray=astray, astray_tail=astray_tail)
+
+
+def _tail_of_strayed(white: Array) -> tuple[float, float]:
+    """Returns the tail and the scale of rows led astray, by their components (n,): too few may have any tail."""
+    return fitted_tail(white) if len(white) >= thresholds.LEAST_SCALED else (min(TAILS), 1.0)
 
 
 def shaking_of(evidence: Evidence, model: Model) -> Array | None:

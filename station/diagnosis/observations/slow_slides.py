@@ -71,9 +71,9 @@ class SlowSlides:
 
     def _drag(self, model: Model) -> Array:
         """Returns by how much pushes hold at each of the speeds more than at none, over the press (r, SPEEDS + 1)."""
-        push = model.push(self._sliding)[:, :2]
-        against = -(push * self._sliding.way).sum(axis=1) / np.maximum(self._sliding.pressing_m_s2, LEAST)
-        against = against.reshape(self._speeds.shape)
+        push = model.push(self._sliding)
+        press = np.maximum(self._sliding.pressing_m_s2 - push[:, 2], LEAST)
+        against = (-(push[:, :2] * self._sliding.way).sum(axis=1) / press).reshape(self._speeds.shape)
         return against - against[:, :1]
 
     def log_grown_of(self, model: Model, run: Times) -> Array:

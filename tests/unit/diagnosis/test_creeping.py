@@ -87,6 +87,13 @@ def test_a_block_that_crept_very_far_decides_nothing(name: str) -> None:
     assert share_of(one) == pytest.approx(share_of(usual), abs=0.1)
 
 
+def test_nor_does_it_among_so_few_that_their_tail_is_not_known() -> None:
+    """Each fold of a cross-validation has fewer runs."""
+    few = crept(farthest=20.0).without(np.arange(crept().runs) % 3 == 0)
+    found = fit(few, PLAIN, ())
+    assert share_of(found) == pytest.approx(SHARE, abs=0.2)
+
+
 @pytest.mark.parametrize("name", ["arm_vibration", "presliding", "solver_creep"])
 def test_it_is_no_evidence_of_an_effect_of_which_blocks_creep(name: str) -> None:
     assert fitted(name).log_likelihood - fitted().log_likelihood < 3.0

@@ -83,6 +83,14 @@ def test_a_drag_holds_it_as_friction_does() -> None:
     assert grown == pytest.approx(math.log((MU + held[1]) / (MU + held[0])), rel=1e-6)
 
 
+def test_a_drag_is_shared_by_all_that_presses_the_block_on() -> None:
+    mass_kg = float(contacts(1).mass_kg[0])
+    oiled, sticky = law("viscous", drag_n_s_m=DRAG_PER_S * mass_kg), law("adhesion", force_n=0.5 * mass_kg)
+    (grown,) = slow(0.36, 3e-3).log_grown_of(replace(oiled, terms=(*oiled.terms, *sticky.terms)), np.array([3]))
+    held = DRAG_PER_S * np.array([LEAST_M_S, 3e-3]) / (GRAVITY_M_S2 * math.cos(0.36) + 0.5)
+    assert grown == pytest.approx(math.log((MU + held[1]) / (MU + held[0])), rel=1e-6)
+
+
 def test_a_push_that_knows_no_speed_is_part_of_the_load() -> None:
     shifted = law("pivot_offset", z_m=0.1)
     assert shifted.acting("push")
