@@ -81,5 +81,5 @@ def other_rule(reader: RecordingReader) -> str:
         return ""
     return (
         f"its onsets were estimated by rule {'unknown' if then is None else then}, this program has rule {RULE}: "
-        "onsets, their errors, and what was decided by them, may differ by that alone"
+        "onsets, their errors, runs' flags, and what was decided by them, may differ by that alone"
     )

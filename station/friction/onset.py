@@ -29,9 +29,9 @@ from station.friction.onset_loads import GRAVITY_M_S2, Array, Loads, tilt_sigma_
 from station.friction.onset_repeats import Stretches, without_repeats
 
 RULE = 3
-"""Raised with every change of the onsets or errors that the same messages give: recordings say by which theirs were
-estimated, so that one of before is not taken for a forged one. 1: until residuals of the slide made its error; 2:
-until the mark's own side did, where it contradicts the plate's scale."""
+"""Raised with every change of the onsets, errors or flags that the same messages give: recordings say by which theirs
+were estimated, so that one of before is not taken for a forged one. 1: until residuals of the slide made its error; 2:
+until the mark's own side did, where it contradicts the plate's scale, and what braked the block told of pushes."""
 _COARSE = 60
 _NEAR, _FINE = 3, 8
 """The fine grid: this many coarse cells to either side of the best point, each divided by that."""

@@ -42,12 +42,13 @@ def read_slide(run: Run, *, tracks: Tracks, plan: SlipPlan) -> None:
 def mind_braking(run: Run, *, tracks: Tracks, plan: SlipPlan, specimen: Specimen) -> None:
     """Looks at what braked the block until the foam may have done so, which tells one that was pushed.
 
-    Without foam in the rig's description nobody knows what stopped the block.
+    Without foam in the rig's description nobody knows what stopped the block, and nothing is told where the plate has
+    come back so slowly that its tilts as the block slid are no longer kept.
     """
     if run.censored or run.disturbed or tracks.geometry is None or not specimen.opening.walled:
         return
     seen = tracks.seen(since_ns=run.fitted_from_ns, until_ns=tracks.frame_ns)
-    if seen is None:
+    if seen is None or tracks.attitudes_ns(since_ns=0)[0] > seen.time_ns[0]:
         return
     # Where the mark looks too small the block may lie so much farther out.
     outline_m = tracks.outline_m(seen, side_m=math.sqrt(specimen.block_area_m2)) / (1.0 - run.off_scale)

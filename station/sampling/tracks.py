@@ -156,14 +156,8 @@ class Tracks:
     def outline_m(self, seen: Seen, *, side_m: float) -> Array:
         """Returns the corners (n, 4, 2), m on the plate, of a square block with that side in the frames of a path."""
         frames = dict(self._frames)
-        if self.geometry is None:
-            return np.empty((0, 4, 2))
-        corners = straightened([frames[stamp] for stamp in seen.time_ns.tolist()], self.lens)
-        mark = corners_on_plate(corners, self.geometry).reshape(-1, 4, 2)
-        centre = mark.mean(axis=1, keepdims=True)
-        return centre + (mark - centre) * (
-            side_m / self.geometry.marker_side_m if self.geometry.marker_side_m > 0 else 1.0
-        )
+        poses = [self.pose_of(frames[stamp]) for stamp in seen.time_ns.tolist()]
+        return np.concatenate([square_corners(0.5 * side_m, pose) for pose in poses])
 
     def attitudes_ns(self, *, since_ns: int) -> list[int]:
         """Returns the times, ns, of the attitudes."""

@@ -82,6 +82,15 @@ def test_noise_brakes_no_block() -> None:
     assert not any(told(path(drops(STATIC), top_deg=TOP_DEG, seed=seed)) for seed in range(100))
 
 
+@pytest.mark.parametrize("frame", range(100, 126))
+def test_a_frame_that_is_misread_brakes_no_block(frame: int) -> None:
+    """It is off by two pixels, up or down the plate."""
+    for off_m in (-3.4e-4, 3.4e-4):
+        seen = path(drops(STATIC), top_deg=TOP_DEG)
+        seen.place_m[frame] += off_m * DOWN
+        assert not told(seen)
+
+
 @pytest.mark.parametrize(("speed_m_s", "for_s"), [(0.01, 0.29), (0.02, 0.3), (0.05, 0.12), (0.15, 0.01)])
 @pytest.mark.parametrize("top_deg", [6.0, 9.0])
 def test_a_block_that_is_pushed_is_braked_by_more(speed_m_s: float, for_s: float, top_deg: float) -> None:
@@ -102,7 +111,7 @@ def test_a_block_that_hops_on_a_tapped_plate_is_braked_by_more() -> None:
     assert told(path(drops(math.tan(math.radians(22.0))), top_deg=9.0, push=push))
 
 
-@pytest.mark.parametrize("rougher", [1.1, 1.4])
+@pytest.mark.parametrize("rougher", [1.1, 1.35])
 def test_friction_that_differs_from_place_to_place_is_no_push(rougher: float) -> None:
     """The plate has more friction beyond an edge, over which a sole of 16 mm comes by and by."""
     more = rougher * math.tan(math.radians(TOP_DEG)) - STATIC
@@ -114,5 +123,6 @@ def test_frames_in_which_the_block_may_have_come_to_the_foam_are_left_out() -> N
     outline = np.concatenate([square_corners(0.005, (float(x), float(y), 0.0)) for x, y in seen.place_m])
     count = before_foam(seen, outline, Opening(radius_m=0.045), down=DOWN)
     way = -seen.place_m[:, 1]
-    assert 0.02 < way[count - 1] < way[count] < 0.039
+    # The block's edge has 40 mm to the foam's nominal edge.
+    assert 0.008 < way[count - 1] < way[count] < 0.027
     assert before_foam(seen.first(1), outline[:1], Opening(radius_m=0.045), down=DOWN) == 0
