@@ -13,9 +13,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
-import cloudpickle
-import joblib
-
 FOLDER = "REPOSE_TESTS_ANSWERS"
 """The environment's name for the folder; without it each process finds its own answers."""
 
@@ -27,6 +24,8 @@ _KNOWN = dict[str, Any]()
 
 def once(asked: object, answer: Callable[[], Answer]) -> Answer:
     """Returns what `answer` computes, or what it gave when the same was `asked`, which must name all that it takes."""
+    import joblib  # noqa: PLC0415  # the agent's tests run where it is not installed
+
     digest = joblib.hash(asked)
     assert digest is not None
     if digest not in _KNOWN:
@@ -37,9 +36,11 @@ def once(asked: object, answer: Callable[[], Answer]) -> Answer:
 
 def _kept(file: Path, answer: Callable[[], Answer]) -> Answer:
     """Returns what the file holds; who comes first computes it, and the others wait, which leaves him their core."""
+    import cloudpickle  # noqa: PLC0415  # as above; joblib brings it
+
     with _alone(file.with_suffix(".lock")):
         if not file.exists():
-            part = file.with_suffix(".part")
+            part = file.with_suffix(f".{os.getpid()}.part")
             part.write_bytes(cloudpickle.dumps(answer()))
             part.replace(file)
     return cloudpickle.loads(file.read_bytes())

@@ -26,9 +26,14 @@ def _states(tmp_path_factory: pytest.TempPathFactory) -> None:  # pyright: ignor
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _answers(tmp_path_factory: pytest.TempPathFactory) -> None:  # pyright: ignore[reportUnusedFunction]
-    """The workers of one run have folders of their own beside each other."""
+def _answers(  # pyright: ignore[reportUnusedFunction]
+    pytestconfig: pytest.Config, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """The workers of one run have folders of their own beside each other.
+
+    A run that a worker's test starts inherits the worker's environment, and is none: its folder is its own.
+    """
     own = tmp_path_factory.getbasetemp()
-    folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "answers"
+    folder = (own.parent if hasattr(pytestconfig, "workerinput") else own) / "answers"
     folder.mkdir(exist_ok=True)
     os.environ[FOLDER] = str(folder)
