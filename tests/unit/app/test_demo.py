@@ -25,6 +25,7 @@ from tests.readmes.numbers import numbers_of, without_numbers
 KNOWN = catalogue()
 
 
+@pytest.mark.timeout(900)  # two minutes of processor time, and as many times as long on a machine that does much else
 def test_the_whole_story(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["demo", "--seed", "104", "--out", str(tmp_path)]
     assert main(words) == 0
