@@ -168,6 +168,10 @@ class View:
         """Returns the same view of a mark whose true corners are at `point_m` (n, 4, 2), m, in P."""
         return _other(self, point_m=point_m)
 
+    def shifted(self, shift_m: Array) -> Array:
+        """Returns the displacements (n, 4, 2), m, of marks whose corners all move by `shift_m` (n, 2), m."""
+        return np.broadcast_to(shift_m[:, None, :], self.point_m.shape)
+
     def moving(self, velocity_m_s: Array, acceleration_m_s2: Array | float) -> View:
         """Returns the same view of a mark that moves in P at `velocity_m_s` (n, 2), m/s, and otherwise gains speed.
 

@@ -5,20 +5,28 @@ The onset is fitted to the path of a free slide, and no fit tells what happened 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from itertools import pairwise
 
+import numpy as np
+
+from shared.geometry import Array
 from station.friction.onset_loads import GRAVITY_M_S2
 
 Moved = tuple[int, float]
 """A frame's time, ns, and how far the block lay from its reference then, m."""
 
 
+def reach_m(speed_m_s: Array | float, apart_s: Array | float, *, tilt_rad: Array | float) -> Array:
+    """Returns how far (n,), m, blocks may go in times (n,), s: nothing is accelerated by more than g sin θ."""
+    pull_m_s2 = GRAVITY_M_S2 * np.sin(np.maximum(tilt_rad, 0.0))
+    return np.asarray(speed_m_s * apart_s + 0.5 * pull_m_s2 * np.square(apart_s))
+
+
 def may_have_met_foam(frames: Sequence[Moved], *, from_ns: int, way_m: float, tilt_rad: float) -> bool:
     """Returns true if a block may have come to the foam between two frames, the later of them after `from_ns`.
 
-    From one frame on it goes as fast as it went before, and nothing is accelerated by more than g sin θ.
+    From one frame on it goes as fast as it went before, or farther by `reach_m`.
 
     Args:
         frames: the frames up to the detection of the slip.
@@ -26,12 +34,10 @@ def may_have_met_foam(frames: Sequence[Moved], *, from_ns: int, way_m: float, ti
         way_m: the way that the foam leaves to the block, m; may be infinite.
         tilt_rad: the plate's tilt θ.
     """
-    pull_m_s2 = GRAVITY_M_S2 * math.sin(max(tilt_rad, 0.0))
     speed_m_s = 0.0
     for (before_ns, before_m), (after_ns, after_m) in pairwise(frames):
         apart_s = (after_ns - before_ns) * 1e-9
-        farthest_m = before_m + speed_m_s * apart_s + 0.5 * pull_m_s2 * apart_s**2
-        if after_ns > from_ns and farthest_m > way_m:
+        if after_ns > from_ns and before_m + reach_m(speed_m_s, apart_s, tilt_rad=tilt_rad) > way_m:
             return True
         speed_m_s = max(after_m - before_m, 0.0) / apart_s if apart_s > 0.0 else speed_m_s
     return False

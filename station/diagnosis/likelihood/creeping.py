@@ -37,7 +37,7 @@ class NearLimit(Effect):
         if not view.on_block:
             return None
         shift = values["share"] * np.broadcast_to(view.crept_m, len(view.down))[:, None] * view.down
-        return np.broadcast_to(shift[:, None, :], view.point_m.shape)
+        return view.shifted(shift)
 
 
 NEAR_LIMIT = NearLimit()

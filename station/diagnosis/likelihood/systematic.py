@@ -88,7 +88,7 @@ class PictureReading(Effect):
             return None
         sine = np.sin(view.tilt_rad)
         shift = (values["sag_m"] * sine + values["step_m"] * np.minimum(sine / TILTED, 1.0))[:, None] * view.down
-        return np.broadcast_to(shift[:, None, :], view.point_m.shape)
+        return view.shifted(shift)
 
 
 PICTURE_READING = PictureReading()

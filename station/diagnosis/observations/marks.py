@@ -100,7 +100,7 @@ class Rest(PlateMarks):
         self._slid: Latest[Array] | None = None
         if slow is not None:
             before = slow.before(rows.run, resting.tilt_rad.reshape(-1, CREEP_POINTS))
-            self._slid = Latest(partial(self._slid_slowly, before), tuple(HOLDING))
+            self._slid = Latest(partial(self._slid_slowly, before), HOLDING)
 
     def _predicted(self, model: Model) -> Array:
         moved = super()._predicted(model)
@@ -123,4 +123,4 @@ class Rest(PlateMarks):
     @property
     def hooks(self) -> frozenset[str]:
         """The methods of `Effect` that can change the channel: what holds, too, if blocks slid slowly before slips."""
-        return super().hooks if self._slid is None else super().hooks | HOLDING
+        return super().hooks if self._slid is None else super().hooks | {*HOLDING}

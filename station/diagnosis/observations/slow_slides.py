@@ -38,7 +38,7 @@ SPEEDS = 6
 LEAST = 1e-12
 """A guard of divisions by what holds, which may fall to nothing, and by its growth."""
 
-HOLDING = frozenset({"friction", "push"})
+HOLDING = ("friction", "push")
 """The methods of `Effect` that can hold a sliding block."""
 
 
@@ -59,7 +59,7 @@ class SlowSlides:
             way_rad=sliding.down_rad,
             speed_m_s=self._speeds.ravel(),
         )
-        self._held = Latest(self._holds, tuple(HOLDING))
+        self._held = Latest(self._holds, HOLDING)
 
     def _holds(self, model: Model) -> Array:
         """Returns what holds the blocks at each of the speeds over that at v_s (r, SPEEDS + 1)."""

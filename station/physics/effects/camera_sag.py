@@ -42,4 +42,4 @@ class CameraSag(Effect):
         """Gives the displacement (n, 4, 2), m, of the corners' images by the law of this module."""
         fixed = np.array([values["fixed_x_m"], values["fixed_y_m"]])
         shift = np.sin(view.tilt_rad)[:, None] * (values["shift_m"] * view.down + fixed)
-        return np.broadcast_to(shift[:, None, :], view.point_m.shape)
+        return view.shifted(shift)

@@ -66,7 +66,7 @@ class Presliding(Effect):
         load = USUAL * (_given(view, values["elastic_share"]) / USUAL) ** values["exponent"]
         decades = np.log10(1.0 + np.maximum(view.rest_s, 0.0))
         shift = load * (values["elastic_m"] + values["creep_m_per_decade"] * decades)
-        return np.broadcast_to((shift[:, None] * view.down)[:, None, :], view.point_m.shape)
+        return view.shifted(shift[:, None] * view.down)
 
 
 def _given(view: View, elastic_share: float) -> Array:

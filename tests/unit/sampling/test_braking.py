@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.random import default_rng
 
 from station.friction.onset_loads import GRAVITY_M_S2
 from station.rig.opening import Opening, square_corners
+from station.sampling import braking
 from station.sampling.braking import before_foam, pushed
 from station.sampling.no_slide import Seen
 
@@ -100,6 +102,20 @@ def test_a_block_that_is_pushed_is_braked_by_more(speed_m_s: float, for_s: float
         return speed_m_s if 0.0 <= time_s - REST_S < for_s else 0.0
 
     assert told(path(drops(math.tan(math.radians(22.0))), top_deg=top_deg, push=push))
+
+
+def test_longer_stretches_tell_pushes_that_noise_hides(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.modules[__name__], "NOISE_M", 10.0 * NOISE_M)
+    law = drops(math.tan(math.radians(22.0)))
+    pushes = [
+        path(law, top_deg=top, push=lambda time_s, of=one: of[0] if 0.0 <= time_s - REST_S < of[1] else 0.0, seed=seed)
+        for seed in range(10)
+        for one in [(0.05, 0.12), (0.15, 0.01)]
+        for top in (6.0, 9.0, 13.0)
+    ]
+    long = sum(map(told, pushes))
+    monkeypatch.setattr(braking, "_FRAMES", 2)
+    assert sum(map(told, pushes)) < long > 0.8 * len(pushes)
 
 
 def test_a_block_that_hops_on_a_tapped_plate_is_braked_by_more() -> None:
